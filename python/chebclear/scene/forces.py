@@ -9,8 +9,7 @@ from ..base.units import unit
 from .functions import Expression, Harmonic, Load, Polynomial, Table
 from .schema import Part, Vector
 
-FUNCTIONS = (Polynomial, Harmonic, Table)
-LOADS = (*FUNCTIONS, Expression)
+LOADS = (Polynomial, Harmonic, Table, Expression)
 
 
 @dataclass(frozen=True)
@@ -64,7 +63,7 @@ class Spring(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _read_texts(self)
+        read_texts(self)
 
 
 @dataclass(frozen=True)
@@ -94,7 +93,7 @@ class Damper(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _read_texts(self)
+        read_texts(self)
 
 
 @dataclass(frozen=True)
@@ -176,7 +175,7 @@ class Force(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _read_texts(self)
+        read_texts(self)
 
 
 @dataclass(frozen=True)
@@ -205,10 +204,10 @@ class Torque(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _read_texts(self)
+        read_texts(self)
 
 
-def _read_texts(part: Spring | Damper | Force | Torque) -> None:
+def read_texts(part: Part) -> None:
     """Makes expressions of the texts in the place of loads."""
     values = vars(part)
     for name in part._choices:

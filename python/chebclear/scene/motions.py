@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from ..base.units import unit
-from .forces import FUNCTIONS
-from .functions import TimeFunction
+from .forces import LOADS, read_texts
+from .functions import Load
 from .schema import Part, Vector
 
 
@@ -48,16 +48,22 @@ class Motion(Part):
         Name, unique in the scene.
     joint : str
         Name of the joint.
-    motion : float, Polynomial, Harmonic or Table
-        Angle or displacement of body b relative to body a [rad or m]; a number fixes the joint.
+    motion : float, str, Polynomial, Harmonic, Table or Expression
+        Angle or displacement of body b relative to body a [rad or m]; a number fixes the joint. A text is a
+        formula of the time, such as ``"0.02*(1 - cos(8*time))"``, without `if`, `sign`, `abs`, `min`, `max`;
+        a table is the cubic one over the time.
     """
 
     _tag = ("type", "motion")
-    _choices: ClassVar = {"motion": FUNCTIONS}
+    _choices: ClassVar = {"motion": LOADS}
 
     name: str
     joint: str
-    motion: float | TimeFunction = field(metadata=unit("rad or m"))
+    motion: float | Load = field(metadata=unit("rad or m"))
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        read_texts(self)
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@
 use super::curve::Curve;
 use super::grammar::{Binary, Function, Switching, Syntax};
 use crate::numerics::dual::{Dual, Scalar};
+use crate::numerics::jet::{Jet, derivatives};
 
 /// Numbers that wait during an evaluation. The nesting of an expression is limited, and its parts of one rank are
 /// evaluated from the left, so that few wait.
@@ -108,6 +109,11 @@ impl Tape {
     /// Its derivative with respect to every variable.
     pub fn gradient(&self, variables: &[f64], states: &[i64]) -> [f64; MOST_VARIABLES] {
         gradient_of(variables, |variables| self.value(variables, states))
+    }
+
+    /// Its value and first three derivatives, where its only variable is the time and it has no switches.
+    pub fn of_time(&self, t: f64) -> [f64; 4] {
+        self.value(&[Jet::variable(t)], &[]).0
     }
 
     /// The state of a switch.
@@ -400,54 +406,70 @@ impl Compiler<'_> {
 }
 
 impl Function {
+    // Not inlined, so that the loop over the operations stays small.
+    #[inline(never)]
     fn of<S: Scalar>(self, x: S) -> S {
         let at = x.value();
-        match self {
-            Function::Acos => x.chain(at.acos(), -1.0 / (1.0 - at * at).sqrt()),
-            Function::Asin => x.chain(at.asin(), 1.0 / (1.0 - at * at).sqrt()),
-            Function::Atan => x.chain(at.atan(), 1.0 / (1.0 + at * at)),
-            Function::Cos => x.cos(),
-            Function::Exp => x.chain(at.exp(), at.exp()),
-            Function::Log => x.chain(at.ln(), 1.0 / at),
-            Function::Sin => x.sin(),
-            Function::Sqrt => x.sqrt(),
-            Function::Tan => x.chain(at.tan(), 1.0 + at.tan().powi(2)),
-            Function::Tanh => x.tanh(),
-        }
+        x.compose(match self {
+            Function::Acos => derivatives::acos(at),
+            Function::Asin => derivatives::asin(at),
+            Function::Atan => derivatives::atan(at),
+            Function::Cos => derivatives::cos(at),
+            Function::Exp => derivatives::exp(at),
+            Function::Log => derivatives::ln(at),
+            Function::Sin => derivatives::sin(at),
+            Function::Sqrt => derivatives::sqrt(at),
+            Function::Tan => derivatives::tan(at),
+            Function::Tanh => derivatives::tanh(at),
+        })
     }
 }
 
 impl Binary {
+    #[inline(always)]
     fn of<S: Scalar>(self, left: S, right: S) -> S {
         match self {
             Binary::Add => left + right,
             Binary::Subtract => left - right,
             Binary::Multiply => left * right,
             Binary::Divide => left / right,
+            _ => self.of_functions(left, right),
+        }
+    }
+
+    /// Those that are no arithmetic.
+    // Not inlined for the same reason.
+    #[inline(never)]
+    fn of_functions<S: Scalar>(self, left: S, right: S) -> S {
+        match self {
+            Binary::Add | Binary::Subtract | Binary::Multiply | Binary::Divide => self.of(left, right),
             // x^y = exp(y ln x)
             Binary::Power => {
-                let (x, y) = (left.value(), right.value());
-                let power = x.powf(y);
-                left.chain(power, y * x.powf(y - 1.0)) + right.chain(0.0, power * x.ln())
+                let exponent = right * left.compose(derivatives::ln(left.value()));
+                exponent.compose(derivatives::exp(exponent.value()))
             }
             Binary::Atan2 => {
                 let (y, x) = (left.value(), right.value());
-                let square = x * x + y * y;
-                left.chain(y.atan2(x), x / square) + right.chain(0.0, -y / square)
+                // By the smaller of the two over the larger; both have the derivatives of the angle.
+                let ratio = if x.abs() >= y.abs() { left / right } else { -(right / left) };
+                let angle = ratio.compose(derivatives::atan(ratio.value()));
+                angle + (y.atan2(x) - angle.value())
             }
             Binary::Hypot => {
-                let length = left.value().hypot(right.value());
-                left.chain(length, left.value() / length) + right.chain(0.0, right.value() / length)
+                let square = left * left + right * right;
+                square.compose(derivatives::sqrt(square.value()))
             }
         }
     }
 }
 
-/// A power with a constant exponent, whose slope at zero is known for whole exponents.
+/// A power with a constant exponent.
+#[inline(always)]
 fn power_by<S: Scalar>(x: S, exponent: f64) -> S {
-    if exponent == 2.0 {
-        return x * x;
-    }
-    let slope = if exponent == 0.0 { 0.0 } else { exponent * x.value().powf(exponent - 1.0) };
-    x.chain(x.value().powf(exponent), slope)
+    if exponent == 2.0 { x * x } else { any_power(x, exponent) }
+}
+
+#[inline(never)]
+fn any_power<S: Scalar>(x: S, exponent: f64) -> S {
+    x.compose(derivatives::power(x.value(), exponent))
 }

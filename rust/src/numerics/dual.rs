@@ -21,8 +21,8 @@ pub trait Scalar:
     fn constant(value: f64) -> Self;
     /// The value without derivatives, on which branches depend.
     fn value(self) -> f64;
-    /// The chain rule: f(x) with the derivatives of x times f'(x), where `value` is f(x) and `slope` is f'(x).
-    fn chain(self, value: f64, slope: f64) -> Self;
+    /// A function f of the number, by its value and first three derivatives there.
+    fn compose(self, derivatives: [f64; 4]) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
     /// Power with a constant exponent.
@@ -42,8 +42,8 @@ impl Scalar for f64 {
     fn value(self) -> f64 {
         self
     }
-    fn chain(self, value: f64, _: f64) -> Self {
-        value
+    fn compose(self, derivatives: [f64; 4]) -> Self {
+        derivatives[0]
     }
     fn sqrt(self) -> Self {
         f64::sqrt(self)
@@ -78,6 +78,11 @@ impl<const N: usize> Dual<N> {
         gradient[index] = 1.0;
         Self { value, gradient }
     }
+
+    /// The chain rule: a value with the derivatives of this number times a slope.
+    fn chain(self, value: f64, slope: f64) -> Self {
+        Self { value, gradient: self.gradient.map(|g| slope * g) }
+    }
 }
 
 impl<const N: usize> Scalar for Dual<N> {
@@ -87,8 +92,8 @@ impl<const N: usize> Scalar for Dual<N> {
     fn value(self) -> f64 {
         self.value
     }
-    fn chain(self, value: f64, slope: f64) -> Self {
-        Self { value, gradient: self.gradient.map(|g| slope * g) }
+    fn compose(self, [value, slope, ..]: [f64; 4]) -> Self {
+        self.chain(value, slope)
     }
     fn sqrt(self) -> Self {
         let root = self.value.sqrt();

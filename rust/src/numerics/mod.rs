@@ -6,6 +6,7 @@
 pub mod dual;
 pub mod extremum;
 pub mod instant;
+pub mod jet;
 pub mod linear;
 pub mod logarithm;
 pub mod memory;

@@ -378,8 +378,8 @@ impl Checker {
                 self.finite(&format!("{path}.angular_frequency"), "rad/s", *angular_frequency);
                 self.finite(&format!("{path}.phase"), "rad", *phase);
             }
-            // The points of a spline were checked when it was made.
-            TimeFunction::Table(_) => {}
+            // The points of a spline and the names of a formula were checked when they were read.
+            TimeFunction::Table(_) | TimeFunction::Formula(_) => {}
         }
     }
 

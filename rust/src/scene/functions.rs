@@ -26,12 +26,10 @@ pub(super) fn time_function(
 ) -> TimeFunction {
     match load(fields, name, problems) {
         Load::Time(function) => function,
-        Load::Motion(_) => {
-            let message = "must be a number, a polynomial, a harmonic or a cubic table over the time: a motion that is \
-                           prescribed must have two derivatives and cannot depend on the motion";
+        Load::Motion(expression) => expression.of_time().unwrap_or_else(|message| {
             problems.push(Problem::new(fields.path_of(name), message));
             TimeFunction::Polynomial(Vec::new())
-        }
+        }),
     }
 }
 

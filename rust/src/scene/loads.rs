@@ -76,6 +76,32 @@ impl Expression {
         found
     }
 
+    /// The expression as a function of time for a prescribed motion.
+    ///
+    /// # Errors
+    /// Why it is none, or has too few derivatives.
+    pub(crate) fn of_time(&self) -> Result<TimeFunction, String> {
+        let others = || self.syntax.names().into_iter().filter(|(name, _)| self.value_of(name).is_none());
+        if let Some((name, place)) = others().find(|(name, _)| *name != TIME) {
+            let place = place_in(&self.text, place);
+            return Err(format!(
+                "a prescribed motion may depend on {TIME:?} and constants alone, not on {name:?} ({place})"
+            ));
+        }
+        if let Some((name, value)) = self.constants.iter().find(|(_, value)| !value.is_finite()) {
+            return Err(format!("the constant {name:?} must be a finite number, got {value}"));
+        }
+        let tape = self.tape(&[(TIME.to_owned(), Quantity::Time)])?;
+        if !tape.switches.is_empty() {
+            return Err(
+                "a prescribed motion must have three derivatives: if, sign, abs, min, max and tables but the cubic one \
+                 over the time have not"
+                    .to_owned(),
+            );
+        }
+        Ok(TimeFunction::Formula(tape))
+    }
+
     /// The expression compiled, where its quantities are those of [`Expression::quantities`].
     ///
     /// # Errors

@@ -4,9 +4,14 @@
 //! third, so all derivatives are exact. Rounding errors of large angles and times are carried along, so that
 //! values late in a long run are as accurate as at its start.
 
+use crate::expression::tape::Tape;
 use crate::numerics::instant::{Instant, exact_product, exact_sum};
 use crate::numerics::spline::not_a_knot;
 use crate::numerics::turns::{Turns, unwind_exactly, unwind_sum};
+
+/// Instants [s] at which the size of a formula of the time is judged, irregular so that no period hides it.
+const SOME_INSTANTS: [f64; 12] =
+    [0.0, 1e-4, 3.1e-4, 1.1e-3, 2.9e-3, 1.2e-2, 3.3e-2, 0.13, 0.29, 0.71, 1.9, 5.3];
 
 /// A function of time.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +31,8 @@ pub enum TimeFunction {
     },
     /// A cubic spline through points.
     Table(Spline),
+    /// A formula of the time without switches.
+    Formula(Tape),
 }
 
 impl TimeFunction {
@@ -87,6 +94,10 @@ impl TimeFunction {
                 (derivatives, rest)
             }
             TimeFunction::Table(spline) => spline.with_rest(t),
+            TimeFunction::Formula(tape) => {
+                let derivatives = tape.of_time(t.time);
+                (derivatives, derivatives[1] * t.rest)
+            }
         }
     }
 
@@ -106,6 +117,11 @@ impl TimeFunction {
             TimeFunction::Harmonic { mean, amplitude, angular_frequency, .. } => {
                 [mean.abs() + amplitude.abs(), (amplitude * angular_frequency).abs()]
             }
+            // No bound is known: instants of all orders up to some seconds tell its size.
+            TimeFunction::Formula(tape) => SOME_INSTANTS.iter().fold([0.0, 0.0], |[value, rate], &t| {
+                let [v, r, ..] = tape.of_time(t);
+                [v.abs().max(value), r.abs().max(rate)]
+            }),
             TimeFunction::Table(spline) => spline.times.iter().fold([0.0, 0.0], |[value, rate], &t| {
                 let [v, r, ..] = spline.with_rest(t.into()).0;
                 [v.abs().max(value), r.abs().max(rate)]
@@ -156,6 +172,14 @@ impl TimeFunction {
     pub fn pace(&self) -> f64 {
         match self {
             TimeFunction::Harmonic { angular_frequency, .. } => 0.5 / angular_frequency.abs(),
+            // The same, with the angular frequency of a harmonic of as large a rate and third derivative.
+            TimeFunction::Formula(tape) => {
+                let largest = |order: usize| {
+                    let sizes = SOME_INSTANTS.iter().map(|&t| tape.of_time(t)[order].abs());
+                    sizes.fold(0.0, f64::max)
+                };
+                0.5 * (largest(1) / largest(3)).sqrt()
+            }
             _ => f64::INFINITY,
         }
     }

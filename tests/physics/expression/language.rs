@@ -84,6 +84,40 @@ fn values_and_derivatives_are_those_of_the_formula() {
 }
 
 #[test]
+fn derivatives_with_respect_to_time_are_those_of_differences() {
+    let formulas = [
+        "2 + 3*time - time**3",
+        "sin(3*time) * exp(-time)",
+        "cos(time)**2 / (1 + time)",
+        "sqrt(1 + time**4)",
+        "log(1 + time) * tan(time/3)",
+        "tanh(2*time - 1)",
+        "atan(time) + asin(time/4) - acos(time/5)",
+        "atan2(time, 1 - time)",
+        "hypot(time, 1 + time)",
+        "2**time",
+        "time**2.5",
+        "(1 + time)**(0.5*time)",
+        "k*(time/2 - sin(2*pi*time/2)/(2*pi))",
+    ];
+    for text in formulas {
+        let tape = Tape::new(&parse(text).unwrap(), &[("k".to_owned(), 3.0)], &mut |_: &str| 0).unwrap();
+        for t in [0.3, 0.8, 1.1, 1.9] {
+            let exact = tape.of_time(t);
+            assert!((exact[0] - tape.value(&[t], &[])).abs() <= 1e-15 * exact[0].abs(), "{text}");
+            let differences = derivative(|h| tape.of_time(t + h)[..3].to_vec());
+            for (order, (exact, difference)) in exact[1..].iter().zip(&differences).enumerate() {
+                let size = exact.abs().max(1.0);
+                assert!(
+                    (exact - difference).abs() < 1e-7 * size,
+                    "{text}, {order}: {exact} and {difference}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
 fn a_switch_tells_how_far_its_state_lasts() {
     let mut random = Random(4);
     for (text, formula) in FORMULAS {

@@ -48,6 +48,7 @@ impl Units {
                 angular_frequency: angular_frequency / self.time,
                 phase,
             },
+            TimeFunction::Formula(_) => panic!("no formula is scaled"),
             TimeFunction::Table(_) => {
                 let [start, end] = function.domain();
                 let mut times = vec![start];

@@ -1,5 +1,6 @@
 """Forces and torques that depend on the motion, against closed forms and independent codes."""
 
+import dataclasses
 import math
 
 import chebclear as cc
@@ -418,6 +419,72 @@ class TestScenes:
         band = result["block.x"]
         assert band.lower[-1] == pytest.approx(0.1 * math.cosh(1.0), rel=0.02)
         assert band.upper[-1] == pytest.approx(0.1 * math.cosh(math.sqrt(2.0)), rel=0.02)
+
+
+class TestPrescribedMotions:
+    @staticmethod
+    def driven(motion):
+        return cc.Scene(
+            [cc.Body("block", 2.0, 1.0)],
+            [cc.Prismatic("rail", "ground", "block", (1.0, 0.0))],
+            drives=[cc.motions.Motion("cam", "rail", motion)],
+        )
+
+    def test_a_formula_is_the_built_in_function(self):
+        outputs = ["rail.displacement", "rail.velocity", "rail.acceleration", "cam.force"]
+        runs = [
+            cc.simulate(self.driven(motion), duration=3.0, samples=301, outputs=outputs)
+            for motion in ("0.1 + 0.02*sin(7*time + 0.4)", cc.motions.Harmonic(0.02, 7.0, 0.4, 0.1))
+        ]
+        for name in outputs:
+            np.testing.assert_allclose(runs[0][name], runs[1][name], rtol=0.0, atol=1e-14)
+
+    def test_the_cycloid_of_cams(self):
+        """s = h (t/T - sin(2 pi t/T)/(2 pi)): at rest, without acceleration at both ends."""
+        rise = Expression("h*(time/T - sin(2*pi*time/T)/(2*pi))", {"h": 0.03, "T": 0.5})
+        run = cc.simulate(
+            self.driven(rise),
+            duration=0.5,
+            samples=51,
+            outputs=[
+                "rail.displacement",
+                "rail.velocity",
+                "rail.acceleration",
+                "cam.force",
+                "energy.balance",
+            ],
+        )
+        turn = 2.0 * math.pi * run.t / 0.5
+        np.testing.assert_allclose(run["rail.velocity"], 0.06 * (1.0 - np.cos(turn)), atol=1e-15)
+        np.testing.assert_allclose(run["rail.acceleration"], 0.24 * math.pi * np.sin(turn), atol=1e-13)
+        np.testing.assert_allclose(run["cam.force"], 2.0 * run["rail.acceleration"], atol=1e-13)
+        assert np.max(np.abs(run["energy.balance"])) < 1e-10
+
+    @pytest.mark.parametrize("method", METHODS)
+    def test_a_loop_with_play_driven_by_a_formula_agrees_with_the_harmonic_drive(self, method):
+        runs = []
+        for motion in ("0.5*sin(20*time)", cc.motions.Harmonic(0.5, 20.0)):
+            scene = cc.mechanisms.slider_crank()
+            drive = cc.motions.Motion("motor", scene.drives[0].joint, motion)
+            scene = dataclasses.replace(scene, drives=[drive])
+            runs.append(cc.simulate(scene, duration=0.02, samples=21, rtol=1e-8, method=method))
+        np.testing.assert_allclose(runs[0]["slider.x"], runs[1]["slider.x"], rtol=0.0, atol=1e-9)
+
+    @pytest.mark.parametrize(
+        ("motion", "problem"),
+        [
+            ("0.1*block.x", 'not on "block.x"'),
+            ("abs(time)", "must have three derivatives"),
+            ("h*time", 'not on "h"'),
+            (Expression("h*time", {"h": math.inf}), '"h" must be a finite number'),
+            (Table([0, 1], [0, 1], interpolation="linear"), "must have three derivatives"),
+            ("sin(time", "must go on with"),
+        ],
+    )
+    def test_what_is_no_such_formula_is_refused(self, motion, problem):
+        with pytest.raises(cc.errors.SceneError) as caught:
+            self.driven(motion).check()
+        assert problem in str(caught.value) and "drives[0].motion" in str(caught.value)
 
 
 BAD = {
