@@ -65,7 +65,7 @@ def features_page() -> str:
 
 
 GROUPS = {
-    "Scenes": "Scene Body Revolute Prismatic Fixed ClearanceRevolute Spring Damper TorsionSpring "
+    "Scenes": "Scene Body Revolute Prismatic Fixed ClearanceRevolute Spring Damper Bushing TorsionSpring "
     "TorsionDamper Force Torque Gravity JointStart BodyStart ClearanceStart rpm",
     "Scene files": "load loads Template Parameter",
     "Runs": "simulate Settings Trajectory load_result animate",

@@ -23,6 +23,7 @@ from .run.trajectory import Trajectory as Trajectory
 from .scene.scene import (
     Body as Body,
     BodyStart as BodyStart,
+    Bushing as Bushing,
     ClearanceRevolute as ClearanceRevolute,
     ClearanceStart as ClearanceStart,
     Damper as Damper,

@@ -97,6 +97,41 @@ class Damper(Part):
 
 
 @dataclass(frozen=True)
+class Bushing(Part):
+    """A radial spring and damper between two points that may coincide, with a torsion spring and damper.
+
+    A rubber bearing: the force on body b is -stiffness (vector from a to b) - damping (velocity of b against
+    body a); both forces act at b. Outputs are its ``deflection``, ``force_x`` and ``force_y``, and with a
+    torsion spring or damper ``angle`` and ``torque``.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    a, b : str
+        The two points, as ``"body.point"``.
+    stiffness : float
+        Stiffness in all directions [N/m].
+    damping : float
+        Damping in all directions [N s/m].
+    torsional_stiffness : float
+        Torsional stiffness [N m/rad], unloaded where the two bodies have the same angle.
+    torsional_damping : float
+        Torsional damping [N m s/rad].
+    """
+
+    _tag = ("type", "bushing")
+
+    name: str
+    a: str
+    b: str
+    stiffness: float = field(metadata=unit("N/m"))
+    damping: float = field(default=0.0, metadata=unit("N s/m"))
+    torsional_stiffness: float = field(default=0.0, metadata=unit("N m/rad"))
+    torsional_damping: float = field(default=0.0, metadata=unit("N m s/rad"))
+
+
+@dataclass(frozen=True)
 class TorsionSpring(Part):
     """A torsion spring and a damper in parallel between two bodies.
 

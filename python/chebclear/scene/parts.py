@@ -8,7 +8,7 @@ from typing import ClassVar, TypeAlias
 
 from ..base.shown import Shown
 from ..base.units import unit
-from .forces import Damper, Force, Gravity, Spring, Torque, TorsionDamper, TorsionSpring
+from .forces import Bushing, Damper, Force, Gravity, Spring, Torque, TorsionDamper, TorsionSpring
 from .laws import CONTACT_LAWS, ContactLaw, FrictionLaw, ModifiedCoulomb, SmoothedCoulomb
 from .motions import BodyStart, ClearanceStart, JointStart, Motion, Speed
 from .schema import Part, Points, Vector
@@ -165,7 +165,7 @@ class ClearanceRevolute(Part):
 
 
 Joint: TypeAlias = Revolute | Prismatic | Fixed | ClearanceRevolute
-AnyForce: TypeAlias = Gravity | Spring | Damper | TorsionSpring | TorsionDamper | Force | Torque
+AnyForce: TypeAlias = Gravity | Spring | Damper | Bushing | TorsionSpring | TorsionDamper | Force | Torque
 Drive: TypeAlias = Speed | Motion
 Start: TypeAlias = JointStart | BodyStart | ClearanceStart
 

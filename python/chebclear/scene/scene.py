@@ -28,6 +28,7 @@ from ..report import html
 from ..report.document import Listing
 from .description import describe_scene, summarize_scene
 from .forces import (
+    Bushing as Bushing,
     Damper as Damper,
     Force as Force,
     Gravity as Gravity,
@@ -90,7 +91,7 @@ class Scene(Part):
         The moving bodies.
     joints : sequence of Revolute, Prismatic, Fixed or ClearanceRevolute
         The joints.
-    forces : sequence of Gravity, Spring, Damper, TorsionSpring, TorsionDamper, Force or Torque
+    forces : sequence of Gravity, Spring, Damper, Bushing, TorsionSpring, TorsionDamper, Force or Torque
         The forces.
     drives : sequence of Speed or Motion
         The prescribed motions.
@@ -114,7 +115,7 @@ class Scene(Part):
     _choices: ClassVar = {
         "bodies": (Body,),
         "joints": (Revolute, Prismatic, Fixed, ClearanceRevolute),
-        "forces": (Gravity, Spring, Damper, TorsionSpring, TorsionDamper, Force, Torque),
+        "forces": (Gravity, Spring, Damper, Bushing, TorsionSpring, TorsionDamper, Force, Torque),
         "drives": (Speed, Motion),
         "start": (JointStart, BodyStart, ClearanceStart),
     }

@@ -106,7 +106,7 @@ def lost_motion(
     """How far an output moves by the play of the joints when its load changes its sign, the drive held.
 
     By virtual work: a joint with the radial clearance c and the reaction R to a load F at the output adds
-    2 c |R| / F, to first order in c. Gravity, springs, masses and friction do not count.
+    ``2 c |R| / F``, to first order in c. Gravity, springs, masses and friction do not count.
 
     Parameters
     ----------

@@ -52,7 +52,12 @@ impl Dynamics<'_> {
             .iter()
             .map(|torsion| 0.5 * torsion.stiffness * self.torsion_motion(torsion)[0].powi(2))
             .sum();
-        gravity + links + torsions
+        let bushings: f64 = tree
+            .bushings
+            .iter()
+            .map(|bushing| 0.5 * bushing.stiffness * self.bushing_deflection(bushing).0.powi(2))
+            .sum();
+        gravity + links + torsions + bushings
     }
 
     /// Elastic energy of a contact [J], after [`Dynamics::find_contacts`].
@@ -146,12 +151,18 @@ impl Dynamics<'_> {
             .torsions
             .iter()
             .map(|torsion| self.torsion_torque(torsion) * self.torsion_motion(torsion)[1]);
+        let bushings = tree.bushings.iter().map(|bushing| {
+            let [a, b] = bushing.points.map(|point| self.point(point).velocity);
+            let (force, moment) = self.bushing_force(bushing);
+            force.dot(&(b - a)) - moment * self.states[bushing.points[0].frame].angular_velocity
+        });
         let closures = tree.closures.iter().enumerate().map(|(index, closure)| {
             self.closure_force(index).dot(&(self.point(closure.b).velocity - self.point(closure.a).velocity))
         });
         inertial.sum::<f64>()
             - contacts.sum::<f64>()
             - links.chain(torsions).sum::<f64>()
+            - bushings.sum::<f64>()
             - closures.sum::<f64>()
     }
 
@@ -171,6 +182,8 @@ impl Dynamics<'_> {
             .iter()
             .map(|torsion| torsion.damping * self.torsion_motion(torsion)[1].powi(2))
             .sum();
-        links + torsions
+        let bushings = self.tree.bushings.iter();
+        let bushings = bushings.map(|bushing| bushing.damping * self.bushing_deflection(bushing).1);
+        links + torsions + bushings.sum::<f64>()
     }
 }

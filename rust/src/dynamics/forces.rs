@@ -2,7 +2,7 @@
 
 use super::Dynamics;
 use crate::numerics::dual::{Dual, Scalar};
-use crate::tree::elements::{AppliedForce, Link, Pull, Torsion};
+use crate::tree::elements::{AppliedForce, Bushing, Link, Pull, Torsion};
 use crate::tree::kinematics::{Vec2, perp, rotated};
 use crate::tree::loads::Load;
 
@@ -28,6 +28,16 @@ fn force_of<S: Scalar>(link: &Link, e: [S; 2], rate: [S; 2]) -> [S; 2] {
     normal.map(|component| -(component * tension))
 }
 
+/// Force of a bushing on its second point, and the moment about its first point of the reaction, where `e` is the vector
+/// from the first to the second point, `rate` its rate and `spin` minus the angular velocity of the first body.
+#[inline]
+fn force_of_bushing<S: Scalar>(bushing: &Bushing, e: [S; 2], rate: [S; 2], spin: S) -> [S; 3] {
+    // Velocity of the second point against the first body.
+    let against = [rate[0] - spin * e[1], rate[1] + spin * e[0]];
+    let force = [0, 1].map(|k| -(e[k] * bushing.stiffness + against[k] * bushing.damping));
+    [force[0], force[1], e[0] * force[1] - e[1] * force[0]]
+}
+
 /// Unit vector along a spring or damper; NaN where only rounding errors keep its points apart.
 fn direction_of(link: &Link, e: Vec2) -> Vec2 {
     let length = e.norm();
@@ -43,6 +53,11 @@ impl Dynamics<'_> {
             let [a, b] = link.points.map(|point| self.point(point));
             let force = force_of(link, (b.position - a.position).into(), (b.velocity - a.velocity).into());
             self.add_pair(link.points, [a.position, b.position], force.into(), [0.0; 2], forces);
+        }
+        for bushing in &tree.bushings {
+            let [a, b] = bushing.points.map(|point| self.point(point));
+            let (force, moment) = self.bushing_force(bushing);
+            self.add_pair(bushing.points, [a.position, b.position], force, [moment, 0.0], forces);
         }
         for pull in &tree.pulls {
             let link = &tree.links[pull.link];
@@ -96,6 +111,27 @@ impl Dynamics<'_> {
         [length, if length > link.indistinct { rate.dot(&e) / length } else { 0.0 }]
     }
 
+    /// Vector from the first to the second point of a bushing [m], its rate [m/s], and the angular velocity of the first
+    /// body [rad/s] as the first component.
+    fn bushing_motion(&self, bushing: &Bushing) -> [Vec2; 3] {
+        let [a, b] = bushing.points.map(|point| self.point(point));
+        let turning = self.states[bushing.points[0].frame].angular_velocity;
+        [b.position - a.position, b.velocity - a.velocity, Vec2::new(turning, 0.0)]
+    }
+
+    /// Force of a bushing on its second point [N], and its moment about the first point [N m].
+    pub fn bushing_force(&self, bushing: &Bushing) -> (Vec2, f64) {
+        let [e, rate, turning] = self.bushing_motion(bushing);
+        let [x, y, moment] = force_of_bushing(bushing, e.into(), rate.into(), -turning.x);
+        (Vec2::new(x, y), moment)
+    }
+
+    /// Deflection of a bushing [m], and the square of the speed that its damper sees [m²/s²].
+    pub fn bushing_deflection(&self, bushing: &Bushing) -> (f64, f64) {
+        let [e, rate, turning] = self.bushing_motion(bushing);
+        (e.norm(), (rate - turning.x * perp(e)).norm_squared())
+    }
+
     /// Tension of a spring or damper [N], its further tension included.
     pub fn link_tension(&self, index: usize) -> f64 {
         let link = &self.tree.links[index];
@@ -144,6 +180,16 @@ impl Dynamics<'_> {
                 [Dual::input(rate.x, 2), Dual::input(rate.y, 3)],
             );
             self.add_pair_derivatives(link.points, [0.0; 2], [force[0], force[1], Dual::constant(0.0)]);
+        }
+        for bushing in &tree.bushings {
+            let [e, rate, turning] = self.bushing_motion(bushing);
+            let force = force_of_bushing::<Dual<5>>(
+                bushing,
+                [Dual::input(e.x, 0), Dual::input(e.y, 1)],
+                [Dual::input(rate.x, 2), Dual::input(rate.y, 3)],
+                Dual::input(-turning.x, 4),
+            );
+            self.add_pair_derivatives(bushing.points, [1.0, 0.0], force);
         }
         for pull in &tree.pulls {
             self.add_pull_derivatives(pull);

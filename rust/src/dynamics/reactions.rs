@@ -85,6 +85,13 @@ impl Dynamics<'_> {
                 supply(body, Wrench::at(self.point(point).position, sign * force, 0.0));
             }
         }
+        for bushing in &tree.bushings {
+            let (force, moment) = self.bushing_force(bushing);
+            let [a, b] = bushing.points.map(|point| self.point(point).position);
+            let [first, second] = bushing.bodies;
+            supply(first, Wrench::at(a, -force, -moment));
+            supply(second, Wrench::at(b, force, 0.0));
+        }
         for pull in &tree.pulls {
             let (link, force) = (&tree.links[pull.link], self.pull_force(pull));
             for ((point, body), sign) in link.points.into_iter().zip(link.bodies).zip([-1.0, 1.0]) {

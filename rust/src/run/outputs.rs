@@ -36,6 +36,8 @@ const DISPLACEMENT: [&str; 3] = ["displacement", "velocity", "acceleration"];
 const REACTION: [&str; 3] = ["reaction_x", "reaction_y", "reaction_torque"];
 /// Quantities of a spring or damper between points; the force is positive where it pulls.
 const LINK: [&str; 3] = ["length", "lengthening", "force"];
+/// Quantities of a bushing; the force is that on the second body.
+const BUSHING: [&str; 3] = ["deflection", "force_x", "force_y"];
 /// Quantities of a torsion spring or damper; the torque is that on the second body.
 const TORSION: [&str; 2] = ["angle", "torque"];
 /// Energies, work and losses of the whole mechanism.
@@ -70,6 +72,8 @@ pub enum Column {
     Reaction(usize, usize),
     /// Quantity of a spring or damper.
     Link(usize, usize),
+    /// Quantity of a bushing.
+    Bushing(usize, usize),
     /// Quantity of a torsion spring or damper.
     Torsion(usize, usize),
     /// Loss of a clearance joint.
@@ -140,6 +144,9 @@ fn further_columns(mechanism: &Mechanism) -> Vec<Named> {
     for (index, link) in mechanism.links.iter().enumerate() {
         columns.extend(named(&link.name, &LINK, |k| Column::Link(index, k)));
     }
+    for (index, bushing) in mechanism.bushings.iter().enumerate() {
+        columns.extend(named(&bushing.name, &BUSHING, |k| Column::Bushing(index, k)));
+    }
     for (index, torsion) in mechanism.torsions.iter().enumerate() {
         columns.extend(named(&torsion.name, &TORSION, |k| Column::Torsion(index, k)));
     }
@@ -204,7 +211,7 @@ impl Needs {
                     needs.work |= *quantity >= 4;
                 }
                 Column::Joint(..) => needs.contacts = true,
-                Column::Link(..) | Column::Torsion(..) => {}
+                Column::Link(..) | Column::Bushing(..) | Column::Torsion(..) => {}
             }
         }
         needs.acceleration |= needs.reactions;
@@ -240,6 +247,11 @@ impl Column {
                 let link = &tree.links[index];
                 let [length, rate] = dynamics.link_motion(link);
                 [length, rate, dynamics.link_tension(index)][quantity]
+            }
+            Column::Bushing(index, quantity) => {
+                let bushing = &tree.bushings[index];
+                let (force, _) = dynamics.bushing_force(bushing);
+                [dynamics.bushing_deflection(bushing).0, force.x, force.y][quantity]
             }
             Column::Torsion(index, quantity) => {
                 let torsion = &tree.torsions[index];

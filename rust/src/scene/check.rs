@@ -1,7 +1,5 @@
 //! Checks of a scene: all problems at once, each with its path.
 
-use crate::contact::friction::FrictionLaw;
-use crate::contact::normal::{Damping, NormalLaw};
 use crate::error::{InputError, Problem, Subject, meant_or_known, refused};
 use crate::expression::dimension::{Dimension, FORCE, TORQUE, unit};
 use crate::scene::loads::Load;
@@ -199,6 +197,22 @@ impl Scene {
                 checker.at_least(&format!("{path}.damping"), "N s/m", *damping, 0.0);
                 checker.load(self, &format!("{path}.tension"), FORCE, tension);
             }
+            Force::Bushing { a, b, stiffness, damping, torsional_stiffness, torsional_damping, .. } => {
+                let ends = [("a", a), ("b", b)].map(|(field, reference)| {
+                    let end = self.attachment(reference);
+                    checker.result(&format!("{path}.{field}"), end).map(|end| end.body)
+                });
+                checker.apart(path, ends);
+                checker.at_least(&format!("{path}.stiffness"), "N/m", *stiffness, 0.0);
+                checker.at_least(&format!("{path}.damping"), "N s/m", *damping, 0.0);
+                checker.at_least(
+                    &format!("{path}.torsional_stiffness"),
+                    "N m/rad",
+                    *torsional_stiffness,
+                    0.0,
+                );
+                checker.at_least(&format!("{path}.torsional_damping"), "N m s/rad", *torsional_damping, 0.0);
+            }
             Force::TorsionSpring { a, b, stiffness, angle, damping, .. } => {
                 let ends = [("a", a), ("b", b)]
                     .map(|(field, name)| checker.result(&format!("{path}.{field}"), self.body_index(name)));
@@ -323,12 +337,12 @@ fn is_unseen(letter: char) -> bool {
 }
 
 /// Collects problems; each method is one rule.
-struct Checker {
+pub(super) struct Checker {
     problems: Vec<Problem>,
 }
 
 impl Checker {
-    fn add(&mut self, path: impl Into<String>, message: impl Into<String>) {
+    pub(super) fn add(&mut self, path: impl Into<String>, message: impl Into<String>) {
         self.problems.push(Problem::new(path, message));
     }
 
@@ -396,19 +410,19 @@ impl Checker {
         }
     }
 
-    fn positive(&mut self, path: &str, unit: &str, value: f64) {
+    pub(super) fn positive(&mut self, path: &str, unit: &str, value: f64) {
         if self.finite(path, unit, value) && value <= 0.0 {
             self.add(path, format!("must be > 0 [{unit}], got {}", refused(value, 0.0)));
         }
     }
 
-    fn at_least(&mut self, path: &str, unit: &str, value: f64, least: f64) {
+    pub(super) fn at_least(&mut self, path: &str, unit: &str, value: f64, least: f64) {
         if self.finite(path, unit, value) && value < least {
             self.add(path, format!("must be >= {least} [{unit}], got {}", refused(value, least)));
         }
     }
 
-    fn fraction(&mut self, path: &str, value: f64) {
+    pub(super) fn fraction(&mut self, path: &str, value: f64) {
         if self.finite(path, "-", value) && !(value > 0.0 && value <= 1.0) {
             self.add(path, format!("must be > 0 and <= 1 [-], got {}", refused(value, 1.0)));
         }
@@ -439,59 +453,6 @@ impl Checker {
             let path = format!("{path}.{}", point.name);
             self.name(&path, &point.name, points[..index].iter().any(|other| other.name == point.name));
             self.finite_pair(&path, "m", &point.position);
-        }
-    }
-
-    fn normal_law(&mut self, path: &str, law: &NormalLaw) {
-        self.positive(&format!("{path}.stiffness"), "N/m^exponent", law.stiffness);
-        self.at_least(&format!("{path}.exponent"), "-", law.exponent, 1.0);
-        match law.damping {
-            Damping::Elastic => {}
-            Damping::LankaraniNikravesh { restitution }
-            | Damping::Flores { restitution }
-            | Damping::ExactRestitution { restitution, .. } => {
-                self.fraction(&format!("{path}.restitution"), restitution);
-            }
-            Damping::KelvinVoigt { damping } => {
-                self.at_least(&format!("{path}.damping"), "N s/m", damping, 0.0);
-            }
-            Damping::Impact { damping, depth } => {
-                self.at_least(&format!("{path}.damping"), "N s/m", damping, 0.0);
-                self.positive(&format!("{path}.depth"), "m", depth);
-            }
-            Damping::HuntCrossley { hysteresis_factor } => {
-                self.at_least(&format!("{path}.hysteresis_factor"), "s/m", hysteresis_factor, 0.0);
-            }
-        }
-    }
-
-    fn friction(&mut self, path: &str, law: &FrictionLaw) {
-        let (static_coefficient, sliding_coefficient, stick_slip_velocity, static_sliding_velocity) =
-            match *law {
-                FrictionLaw::SmoothedCoulomb { coefficient, velocity } => {
-                    self.at_least(&format!("{path}.coefficient"), "-", coefficient, 0.0);
-                    return self.positive(&format!("{path}.velocity"), "m/s", velocity);
-                }
-                FrictionLaw::ModifiedCoulomb {
-                    static_coefficient,
-                    sliding_coefficient,
-                    stick_slip_velocity,
-                    static_sliding_velocity,
-                } => (static_coefficient, sliding_coefficient, stick_slip_velocity, static_sliding_velocity),
-            };
-        self.at_least(&format!("{path}.static_coefficient"), "-", static_coefficient, 0.0);
-        self.at_least(&format!("{path}.sliding_coefficient"), "-", sliding_coefficient, 0.0);
-        self.positive(&format!("{path}.stick_slip_velocity"), "m/s", stick_slip_velocity);
-        self.positive(&format!("{path}.static_sliding_velocity"), "m/s", static_sliding_velocity);
-        if static_sliding_velocity <= stick_slip_velocity {
-            self.add(
-                format!("{path}.static_sliding_velocity"),
-                format!(
-                    "must be > stick_slip_velocity = {} [m/s], got {}",
-                    refused(stick_slip_velocity, static_sliding_velocity),
-                    refused(static_sliding_velocity, stick_slip_velocity)
-                ),
-            );
         }
     }
 }

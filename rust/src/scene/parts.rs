@@ -184,6 +184,23 @@ pub enum Force {
         /// Further tension [N].
         tension: Load,
     },
+    /// A radial spring and damper between two points that may coincide, with a torsion spring and damper.
+    Bushing {
+        /// Name, unique in the scene.
+        name: String,
+        /// Point on the first body, as `body.point`.
+        a: String,
+        /// Point on the second body.
+        b: String,
+        /// Stiffness in all directions [N/m].
+        stiffness: f64,
+        /// Damping in all directions [N s/m].
+        damping: f64,
+        /// Torsional stiffness [N m/rad].
+        torsional_stiffness: f64,
+        /// Torsional damping [N m s/rad].
+        torsional_damping: f64,
+    },
     /// A torsion spring and a damper in parallel between two bodies.
     TorsionSpring {
         /// Name, unique in the scene.
@@ -231,6 +248,7 @@ impl Force {
         match self {
             Force::Gravity { .. } => None,
             Force::Spring { name, .. }
+            | Force::Bushing { name, .. }
             | Force::TorsionSpring { name, .. }
             | Force::Applied { name, .. }
             | Force::Torque { name, .. } => Some(name),

@@ -148,6 +148,10 @@ impl Scene {
                     let bodies = [a, b].map(|name| self.body_index(name).unwrap_or_default());
                     known.push((format!("{name}.angle"), Quantity::Angle(bodies)));
                 }
+                Force::Bushing { name, a, b, .. } => {
+                    let bodies = [a, b].map(|end| self.attachment(end).ok().and_then(|end| end.body));
+                    known.push((format!("{name}.angle"), Quantity::Angle(bodies)));
+                }
                 Force::Gravity { .. } | Force::Applied { .. } | Force::Torque { .. } => {}
             }
         }

@@ -238,6 +238,7 @@ enum ForceType {
     Gravity,
     Spring,
     Damper,
+    Bushing,
     TorsionSpring,
     TorsionDamper,
     Applied,
@@ -250,6 +251,7 @@ fn force(node: Node, problems: &mut Problems) -> Force {
         ("gravity", ForceType::Gravity),
         ("spring", ForceType::Spring),
         ("damper", ForceType::Damper),
+        ("bushing", ForceType::Bushing),
         ("torsion_spring", ForceType::TorsionSpring),
         ("torsion_damper", ForceType::TorsionDamper),
         ("force", ForceType::Applied),
@@ -260,6 +262,15 @@ fn force(node: Node, problems: &mut Problems) -> Force {
     let force = match kind {
         ForceType::Gravity => Force::Gravity { acceleration: fields.pair("acceleration", problems) },
         ForceType::Spring | ForceType::Damper => link(kind == ForceType::Spring, &mut fields, problems),
+        ForceType::Bushing => Force::Bushing {
+            name: fields.text("name", problems),
+            a: fields.text("a", problems),
+            b: fields.text("b", problems),
+            stiffness: fields.number("stiffness", problems),
+            damping: fields.number_or("damping", 0.0, problems),
+            torsional_stiffness: fields.number_or("torsional_stiffness", 0.0, problems),
+            torsional_damping: fields.number_or("torsional_damping", 0.0, problems),
+        },
         ForceType::TorsionSpring | ForceType::TorsionDamper => {
             torsion(kind == ForceType::TorsionSpring, &mut fields, problems)
         }

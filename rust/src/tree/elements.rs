@@ -195,6 +195,24 @@ impl Link {
     }
 }
 
+/// A radial spring and damper between two points that may coincide.
+///
+/// Its force acts on both bodies at the second point, and its damper sees the velocity of that point against the first
+/// body: it makes no moment of its own, and turns with the bodies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bushing {
+    /// Name.
+    pub name: String,
+    /// Its ends.
+    pub points: [FramePoint; 2],
+    /// Indices of the bodies that carry them; `None` is ground.
+    pub bodies: [Option<usize>; 2],
+    /// Stiffness [N/m].
+    pub stiffness: f64,
+    /// Damping [N s/m].
+    pub damping: f64,
+}
+
 /// A further tension of a spring or damper.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pull {
@@ -318,6 +336,8 @@ pub struct Tree {
     pub tree_joints: Vec<usize>,
     /// Springs and dampers between points.
     pub links: Vec<Link>,
+    /// Radial springs and dampers.
+    pub bushings: Vec<Bushing>,
     /// Further tensions of springs and dampers.
     pub pulls: Vec<Pull>,
     /// Springs and dampers between bodies.
@@ -345,8 +365,12 @@ impl Tree {
 
     /// Whether a spring, a damper or an applied force or torque acts.
     pub fn has_forces(&self) -> bool {
-        let Self { links, torsions, applied_forces, applied_torques, .. } = self;
-        !(links.is_empty() && torsions.is_empty() && applied_forces.is_empty() && applied_torques.is_empty())
+        let Self { links, bushings, torsions, applied_forces, applied_torques, .. } = self;
+        !(links.is_empty()
+            && bushings.is_empty()
+            && torsions.is_empty()
+            && applied_forces.is_empty()
+            && applied_torques.is_empty())
     }
 
     /// The next instant after `t` [s] at which a function of time in the scene is not smooth.

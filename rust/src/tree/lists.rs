@@ -6,8 +6,8 @@ use crate::scene::loads::Load as SceneLoad;
 use crate::scene::parts::{Attachment, Force, ForceFrame, Joint, JointKind, length_scale};
 use crate::scene::quantities::Quantity;
 use crate::tree::elements::{
-    AppliedForce, AppliedTorque, BodyPlacement, ClearanceJoint, Closure, DrivenCoordinate, FrameInertia,
-    IdealJoint, IdealKind, Link, Path, Pull, Realization, Torsion, Tree,
+    AppliedForce, AppliedTorque, BodyPlacement, Bushing, ClearanceJoint, Closure, DrivenCoordinate,
+    FrameInertia, IdealJoint, IdealKind, Link, Path, Pull, Realization, Torsion, Tree,
 };
 use crate::tree::kinematics::{Frame, Vec2};
 use crate::tree::loads::{Load, MotionLoad, Variable};
@@ -54,6 +54,7 @@ impl Builder<'_> {
             ideal_joints,
             tree_joints,
             links: Vec::new(),
+            bushings: Vec::new(),
             pulls: Vec::new(),
             torsions: Vec::new(),
             applied_forces: Vec::new(),
@@ -151,6 +152,35 @@ impl Builder<'_> {
         IdealJoints { joints, closures, index_of }
     }
 
+    /// Adds a bushing, and its torsion spring if it has one.
+    fn add_bushing(&self, tree: &mut Tree, force: &Force) {
+        let Force::Bushing { name, a, b, stiffness, damping, torsional_stiffness, torsional_damping } = force
+        else {
+            return;
+        };
+        let ends = [a, b].map(|reference| self.end(reference));
+        let (points, bodies) = (ends.map(|end| self.place(end)), ends.map(|end| end.body));
+        tree.bushings.push(Bushing {
+            name: name.clone(),
+            points,
+            bodies,
+            stiffness: *stiffness,
+            damping: *damping,
+        });
+        if *torsional_stiffness != 0.0 || *torsional_damping != 0.0 {
+            let placed = bodies.map(|body| body.and_then(|body| self.placements[body]));
+            let [first, second] = placed.map(|placement| placement.unwrap_or(Placement::GROUND));
+            tree.torsions.push(Torsion {
+                name: name.clone(),
+                frames: [first.frame, second.frame],
+                bodies,
+                stiffness: *torsional_stiffness,
+                angle: first.angle - second.angle,
+                damping: *torsional_damping,
+            });
+        }
+    }
+
     /// Adds a spring or damper.
     fn add_link(&self, tree: &mut Tree, force: &Force) {
         let Force::Spring { name, a, b, stiffness, length, damping, tension } = force else { return };
@@ -179,6 +209,7 @@ impl Builder<'_> {
             match force {
                 Force::Gravity { acceleration } => tree.gravity += Vec2::from(*acceleration),
                 Force::Spring { .. } => self.add_link(tree, force),
+                Force::Bushing { .. } => self.add_bushing(tree, force),
                 Force::TorsionSpring { name, a, b, stiffness, angle, damping } => {
                     let bodies = [a, b].map(|name| body_of(name));
                     let [first, second] = bodies.map(placement);

@@ -229,7 +229,9 @@ impl<'a> Builder<'a> {
         let mut group: Vec<usize> = (0..=count).collect();
         let joined = self.scene.joints.iter().map(|joint| self.ends(joint).map(node));
         let sprung = self.scene.forces.iter().filter_map(|force| match force {
-            Force::Spring { a, b, .. } => Some([a, b].map(|reference| node(self.end(reference)))),
+            Force::Spring { a, b, .. } | Force::Bushing { a, b, .. } => {
+                Some([a, b].map(|reference| node(self.end(reference))))
+            }
             _ => None,
         });
         for [a, b] in joined.chain(sprung) {

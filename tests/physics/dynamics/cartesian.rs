@@ -201,6 +201,7 @@ pub(crate) fn loads(case: &Case, t: f64, states: &[CartesianState]) -> Vec<Load>
                 push(body_a, arm_a, tension * direction);
                 push(body_b, arm_b, -tension * direction);
             }
+            Force::Bushing { .. } => unreachable!("random trees have none"),
             Force::TorsionSpring { a, b, stiffness, angle, damping, .. } => {
                 let [a, b] = [a, b].map(|name| case.scene.body_index(name).unwrap());
                 let (on_a, on_b) = (state_of(states, a), state_of(states, b));

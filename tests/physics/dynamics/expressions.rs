@@ -49,6 +49,15 @@ fn loaded(case: &Case) -> Option<Mechanism> {
         damping: 0.0,
         tension: expression("3*third.length**2 - 0.4*third.lengthening*body0.x + a*time"),
     });
+    scene.forces.push(Force::Bushing {
+        name: "rubber".to_owned(),
+        a: "body0.p0".to_owned(),
+        b: GROUND.to_owned(),
+        stiffness: 13.0,
+        damping: 2.5,
+        torsional_stiffness: 0.7,
+        torsional_damping: 0.3,
+    });
     let points = [-50.0, -1.0, 0.3, 2.0, 50.0];
     let table = Curve::new(&points, &[3.0, -2.0, 5.0, 1.0, 2.0], Interpolation::Monotone, Beyond::Hold);
     let over = Expression::read(format!("body{last}.angular_velocity"), Vec::new()).unwrap();

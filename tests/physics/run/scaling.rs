@@ -141,6 +141,12 @@ impl Units {
                     *length *= self.length;
                     *damping *= self.force() / self.speed();
                 }
+                Force::Bushing { stiffness, damping, torsional_stiffness, torsional_damping, .. } => {
+                    *stiffness *= self.force() / self.length;
+                    *damping *= self.force() / self.speed();
+                    *torsional_stiffness *= self.energy();
+                    *torsional_damping *= self.energy() * self.time;
+                }
                 Force::TorsionSpring { stiffness, damping, .. } => {
                     *stiffness *= self.energy();
                     *damping *= self.energy() * self.time;

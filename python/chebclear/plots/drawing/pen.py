@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...scene.parts import GROUND, ends_of, owner_of
 from ...scene.scene import (
     Body,
+    Bushing,
     ClearanceRevolute,
     Damper,
     Fixed,
@@ -265,6 +266,10 @@ class Pen:
         """The symbol of a spring, a damper, a given force or a torque; gravity is drawn in the end."""
         if isinstance(force, (Spring, Damper)):
             self._link(force)
+        elif isinstance(force, Bushing):
+            place, radius = self.pose.at(force.b), _PIN * self.unit
+            rings = [arc(place, size * radius, 0.0, 360.0) for size in (1.6, 2.6)]
+            self._symbol(rings, (force.b, force.b), place, 2.8 * radius, force.name)
         elif isinstance(force, (TorsionSpring, TorsionDamper)):
             end, radius = self._between(force.a, force.b)
             place = self.pose.at(end)

@@ -1,0 +1,132 @@
+"""Bushings: closed forms, momentum and energy."""
+
+import math
+
+import chebclear as cc
+import numpy as np
+import pytest
+
+METHODS = ["rodas5p", "rodas4", "dop853", "adams"]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_body_on_a_bushing_oscillates_alike_in_all_directions(method):
+    """m x'' = -k x - c x' in both directions, through the point where the force has no direction."""
+    k, c, m = 200.0, 1.5, 2.0
+    scene = cc.Scene(
+        [cc.Body("block", m, 0.1)],
+        [],
+        [cc.Bushing("rubber", "ground", "block", k, c, torsional_stiffness=5.0, torsional_damping=0.02)],
+        start=[cc.BodyStart("block", angle=0.3, angular_velocity=0.0)],
+    )
+    run = cc.simulate(
+        cc.Scene(
+            scene.bodies,
+            scene.joints,
+            [*scene.forces, cc.Force("push", "block", 10.0, -4.0)],
+            start=scene.start,
+        ),
+        duration=2.0,
+        samples=201,
+        method=method,
+        rtol=1e-9,
+        outputs=["block.x", "block.y", "block.angle", "rubber.*", "energy.balance"],
+    )
+    decay, omega = c / (2.0 * m), math.sqrt(k / m - (c / (2.0 * m)) ** 2)
+    step = 1.0 - np.exp(-decay * run.t) * (np.cos(omega * run.t) + decay / omega * np.sin(omega * run.t))
+    np.testing.assert_allclose(run["block.x"], 10.0 / k * step, atol=1e-9)
+    np.testing.assert_allclose(run["block.y"], -4.0 / k * step, atol=1e-9)
+    decay, omega = 0.02 / 0.2, math.sqrt(50.0 - 0.01)
+    turn = 0.3 * np.exp(-decay * run.t) * (np.cos(omega * run.t) + decay / omega * np.sin(omega * run.t))
+    np.testing.assert_allclose(run["block.angle"], turn, atol=1e-7)
+    np.testing.assert_allclose(run["rubber.deflection"], np.hypot(run["block.x"], run["block.y"]), atol=1e-15)
+    np.testing.assert_allclose(run["rubber.torque"][0], -1.5, rtol=1e-12)
+    assert np.max(np.abs(run["energy.balance"])) < 1e-8
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_two_free_bodies_keep_their_momenta(method):
+    """A bushing with damping, off center on turning bodies, makes no moment of its own."""
+    bodies = [
+        cc.Body("a", 1.0, 0.02, points={"P": (0.1, 0.05)}),
+        cc.Body("b", 0.5, 0.01, (0.02, 0.0), points={"P": (-0.1, 0.0)}),
+    ]
+    scene = cc.Scene(
+        bodies,
+        [],
+        [cc.Bushing("rubber", "a.P", "b.P", 300.0, 4.0, 0.5, 0.01)],
+        start=[
+            cc.BodyStart("a", angle=0.0, angular_velocity=8.0),
+            cc.BodyStart("b", angle=0.2, angular_velocity=-15.0),
+        ],
+    )
+    names = [f"{body}.{name}" for body in "ab" for name in ("x", "y", "vx", "vy", "angular_velocity")]
+    run = cc.simulate(
+        scene, duration=1.0, samples=101, method=method, rtol=1e-10, outputs=[*names, "energy.*"]
+    )
+    momentum = [1.0 * run[f"a.v{axis}"] + 0.5 * run[f"b.v{axis}"] for axis in "xy"]
+    spin = 0.02 * run["a.angular_velocity"] + 0.01 * run["b.angular_velocity"]
+    for body, mass in (("a", 1.0), ("b", 0.5)):
+        spin = spin + mass * (run[f"{body}.x"] * run[f"{body}.vy"] - run[f"{body}.y"] * run[f"{body}.vx"])
+    for conserved in (*momentum, spin):
+        np.testing.assert_allclose(conserved, conserved[0], atol=1e-9)
+    assert np.max(np.abs(run["energy.balance"])) < 1e-7
+    assert run["energy.damping_loss"][-1] > 0.1
+
+
+def test_without_damping_it_is_a_spring_of_no_length():
+    def scene(force):
+        return cc.Scene(
+            [cc.Body("bar", 1.0, 0.02, (0.1, 0.0), points={"A": (0.0, 0.0), "B": (0.3, 0.0)})],
+            [cc.Revolute("pin", "ground", "bar.A")],
+            [cc.Gravity((0.0, -9.81)), force],
+            ground={"W": (0.3, 0.1)},
+            start=[cc.JointStart("pin", position=0.2, velocity=20.0)],
+        )
+
+    outputs = ["bar.angle", "pin.reaction_x", "pin.reaction_y", "energy.balance"]
+    runs = [
+        cc.simulate(scene(force), duration=1.0, samples=101, method="rodas5p", rtol=1e-9, outputs=outputs)
+        for force in (
+            cc.Spring("link", "ground.W", "bar.B", 50.0, 0.0),
+            cc.Bushing("link", "ground.W", "bar.B", 50.0),
+        )
+    ]
+    for name in outputs[:3]:
+        np.testing.assert_allclose(runs[0][name], runs[1][name], rtol=0.0, atol=1e-10)
+
+
+def test_it_can_be_drawn_described_and_written():
+    scene = cc.Scene(
+        [cc.Body("block", 1.0, 0.1, points={"P": (0.1, 0.0)})],
+        [cc.Prismatic("rail", "ground", "block", (1.0, 0.0))],
+        [cc.Bushing("rubber", "ground.W", "block.P", 100.0, torsional_stiffness=2.0)],
+        ground={"W": (0.2, 0.0)},
+    )
+    assert cc.Scene.from_json(scene.to_json()) == scene
+    assert "rubber  bushing" in scene.describe()
+    cc.plots.plot_scene(scene).figure.canvas.draw()
+
+
+@pytest.mark.parametrize(
+    ("bushing", "problem"),
+    [
+        (cc.Bushing("rubber", "ground.Q", "block", 1.0), 'unknown point "Q"'),
+        (cc.Bushing("rubber", "block.P", "block", 1.0), "connects a body to itself"),
+        (cc.Bushing("rubber", "ground", "block", -1.0), "stiffness: must be >= 0 [N/m]"),
+        (
+            cc.Bushing("rubber", "ground", "block", 1.0, torsional_damping=-1.0),
+            "torsional_damping: must be >= 0",
+        ),
+        (cc.Bushing("rail", "ground", "block", 1.0), "already taken"),
+    ],
+)
+def test_bad_bushings_are_refused(bushing, problem):
+    scene = cc.Scene(
+        [cc.Body("block", 1.0, 0.1, points={"P": (0.1, 0.0)})],
+        [cc.Prismatic("rail", "ground", "block", (1.0, 0.0))],
+        [bushing],
+    )
+    with pytest.raises(cc.errors.SceneError) as caught:
+        scene.check()
+    assert problem in str(caught.value)
