@@ -16,6 +16,7 @@ from .study.features.effects import Effects, Estimate, Swing
 from .study.features.features import FeatureResult, FeatureTable
 from .study.features.ranking import Rank, Ranking
 from .study.features.reach import FeatureInterval
+from .study.function import StudyFunction
 from .study.lost_motion import LostMotion
 from .study.polynomials.sensitivity import VarianceShares
 from .study.polynomials.surrogate import PolynomialRange
@@ -57,6 +58,7 @@ __all__ = [
     "Share",
     "Specification",
     "Stats",
+    "StudyFunction",
     "StudyTradeoff",
     "StudyTradeoffPoint",
     "Swing",

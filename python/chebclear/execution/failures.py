@@ -15,7 +15,7 @@ from ..base.units import unit
 from ..errors import ChebclearError, Problem, SceneError, cut, describe, error_text
 from ..run.notices import Notice
 from .limited import CallError, TimeLimitError
-from .options import OnFailure
+from .options import ExecutionOptions
 from .pieces import NOT_BEGUN, NOT_FINITE, SCENE, TIME_LIMIT, End
 
 Array = NDArray[np.float64]
@@ -23,8 +23,6 @@ Array = NDArray[np.float64]
 BUILD, MODEL, FEATURE = "build", "model", "feature"
 """Reasons of runs that failed in a callable of the user."""
 
-# Largest share of failed runs; with more, the error is in what they have in common.
-_MOST_FAILED = 0.5
 FAILED, STOPPED = "failed", "stopped"
 """Codes of the notices of runs that failed and of runs for which there was no time."""
 # Most parameters by which runs are set apart from others.
@@ -33,6 +31,10 @@ _MOST_NAMED = 2
 
 class NotFiniteError(ChebclearError, ValueError):
     """A user's model returned values that are not finite."""
+
+
+class AllFailedError(Exception):
+    """All runs failed though all may; its cause is the error of the first."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,9 @@ def end_of(error: Exception, where: str) -> End:
     return End(where, str(error) if isinstance(error, CallError) else error_text(error))
 
 
-def run_to_raise(failed: Mapping[int, End], runs: int, nominal: int, on_failure: OnFailure) -> int | None:
+def run_to_raise(
+    failed: Mapping[int, End], runs: int, nominal: int, execution: ExecutionOptions
+) -> int | None:
     """The failed run that must be raised, if one must: the nominal one, or the first if most failed.
 
     Parameters
@@ -108,16 +112,27 @@ def run_to_raise(failed: Mapping[int, End], runs: int, nominal: int, on_failure:
         Runs in all [-].
     nominal : int
         Number of the nominal run.
-    on_failure : {"collect", "raise"}
-        With ``"raise"`` the first one must.
+    execution : ExecutionOptions
+        How failed runs are treated.
     """
     if not failed:
         return None
-    if on_failure == "raise":
+    if execution.on_failure == "raise":
         return min(failed)
     if nominal in failed:
         return nominal
-    return min(failed) if len(failed) > _MOST_FAILED * runs else None
+    return min(failed) if len(failed) > execution.most_failed * runs or len(failed) == runs else None
+
+
+def error_to_raise(
+    error: Exception, failed: Mapping[int, End], runs: int, execution: ExecutionOptions
+) -> Exception:
+    """The error of the run that must be raised; `AllFailedError` with this cause if all may fail and did."""
+    if execution.on_failure == "raise" or execution.most_failed < 1.0 or len(failed) < runs:
+        return error
+    all_failed = AllFailedError()
+    all_failed.__cause__ = error
+    return all_failed
 
 
 def failure_notices(failures: Sequence[FailedRun], runs: int) -> tuple[Notice, ...]:

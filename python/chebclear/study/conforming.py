@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..base.arguments import Checks, meant_or_known
 from ..errors import ArgumentError, ArgumentTypeError
+from ..execution.failures import AllFailedError
 from ..run.features import Feature, lowest, peak
 from ..run.notices import Notice, issue
 from ..run.settings import Settings
@@ -117,7 +118,11 @@ def conformance(
     for piece in _pieces(count, failures):
         for place, found in zip(places, extremes, strict=True):
             points = _at(runner, draws[piece], place)
-            made = watching.made(points, watching.settings, midpoint=False)
+            try:
+                made = watching.made(points, watching.settings, midpoint=False)
+            except AllFailedError as error:
+                assert error.__cause__ is not None
+                raise error.__cause__ from None
             notices = {(notice.code, notice.about): notice for notice in made.notices} | notices
             for index, (name, one) in enumerate(asked.items()):
                 more = _extremes(made, name, one, watched[name], len(points))
@@ -243,7 +248,9 @@ def _watching(runner: Runner, asked: dict[str, Specification]) -> tuple[Runner, 
         kept = [] if all(isinstance(one, Feature) for one in features.values()) else settings.outputs
         outputs = None if kept is None else tuple(dict.fromkeys([*kept, *sampled]))
         settings = replace(settings, features=core, outputs=outputs)
-    return replace(runner, features=features, settings=settings), watched
+    # A mechanism that fails counts as outside, however many do.
+    execution = replace(runner.execution, most_failed=1.0)
+    return replace(runner, features=features, settings=settings, execution=execution), watched
 
 
 _ENDS = {"lowest": lowest, "peak": peak}

@@ -25,6 +25,7 @@ from .band.hybrid import Normal, Uniform
 from .band.worst import WorstCase
 from .designs import Design, carried_out, plan_of, simulated_extremes
 from .features.features import FeatureSpec
+from .function import StudyFunction, function_of
 from .polynomials.surrogate import BoundKind
 from .results import StudyResult
 from .runner import checked_runner
@@ -48,8 +49,8 @@ class Study:
     build : callable
         Called as ``build(**parameters, **fixed)`` with physical values; returns the scene. Without `duration`
         and `samples`, unless its annotation says that it returns a scene, it is a model of your own and
-        returns a mapping: equally spaced instants as ``"t"``,
-        arrays of as many values for outputs, numbers for features. Such a model may return numbers alone.
+        returns a mapping: equally spaced instants as ``"t"``, arrays of as many values for outputs, numbers
+        for features. Such a model may return numbers alone.
     parameters : mapping of str to Interval, Normal or Uniform
         Interval of each uncertain parameter [SI units]. The interval of a `normal` distribution is three
         standard deviations to either side of its mean, that of a `uniform` one its range;
@@ -155,19 +156,8 @@ class Study:
         **options: Unpack[RunOptions],
     ) -> None:
         how = threads, executor, store, on_failure, run_seconds, max_seconds, in_memory
-        self.runner = checked_runner(
-            build,
-            parameters,
-            outputs,
-            settings,
-            fixed,
-            features,
-            units,
-            version,
-            options,
-            progress,
-            how,
-        )
+        what = build, parameters, outputs, settings, fixed, features, units, version
+        self.runner = checked_runner(*what, options, progress, how)
 
     @property
     def intervals(self) -> dict[str, Interval]:
@@ -311,11 +301,9 @@ class Study:
             of one revolution. With a drive at constant speed the duration follows from them, in place of
             `skip` and `duration` of the study. If the speed is a parameter, or a torque drives the crank, the
             angle of every run is measured: outputs are interpolated between samples at most half a step
-            apart.
-            A torque drive needs a `duration` in which every run completes all of them.
+            apart. A torque drive needs a `duration` in which every run completes all of them.
         discard : int, optional
-            Number of first revolutions that are not pooled [-], for the starting transient to decay; 1 if not
-            given.
+            First revolutions that are not pooled [-], for the starting transient to decay; 1 by default.
         angle : str, optional
             Name of the revolute joint whose angle is the crank angle; that of the only drive at constant
             speed if not given.
@@ -361,6 +349,21 @@ class Study:
             As `chebyshev`.
         """
         return self._made(designs.sample(self.runner, runs, rng))
+
+    def function(self, features: str | Sequence[str] | None = None) -> StudyFunction:
+        """The features as a function of points of your own, ``f(X)``, for other packages and optimizers.
+
+        Parameters
+        ----------
+        features : str or sequence of str, optional
+            Names of the features, or of numbers that a model of your own returns; all if not given.
+
+        Raises
+        ------
+        SceneError, SimulationError, ValueError, TypeError
+            If the study has no such feature or has cycles, or its nominal run fails.
+        """
+        return function_of(self.runner, features)
 
     def worst_cases(self, result: StudyResult) -> tuple[WorstCase, ...]:
         """Runs at the worst cases that the polynomials of a result predict; see `StudyResult.check`."""
@@ -434,9 +437,9 @@ class Study:
     ) -> Study:
         """A study of a table of finished runs from any source.
 
-        `band` and `sample` use the runs as they are. `chebyshev` and `scan` need all points of
-        their grid in the table. If no run is at the midpoint of all intervals the
-        nearest one is used as the nominal run, with a warning.
+        `band` and `sample` use the runs as they are. `chebyshev` and `scan` need all points of their grid in
+        the table. If no run is at the midpoint of all intervals the nearest one is the nominal run, with a
+        warning.
 
         Parameters
         ----------
@@ -492,8 +495,6 @@ class Study:
         return study
 
     def __repr__(self) -> str:
-        sides = ", ".join(
-            f"{name} in [{side.lower:g}, {side.upper:g}]" for name, side in self.intervals.items()
-        )
+        sides = ", ".join(f"{name} in [{one.lower:g}, {one.upper:g}]" for name, one in self.intervals.items())
         what = self.runner.model if isinstance(self.runner.model, FinishedRuns) else self.runner.build
         return f"<Study of {getattr(what, '__name__', what)}: {sides}>"

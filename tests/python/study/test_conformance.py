@@ -176,6 +176,13 @@ class TestSimulations:
         share = cc.conformance(study, {"y": cc.require("y", below=5.0)}, 500, rng=1)["y"]
         assert share.failed == share.outside > 0
         assert f"of which {share.failed} failed" in str(share)
+        # Nine of ten, as most of a bad design do.
+        worse = cc.Study(fragile, {"x": cc.normal(3.3, 1.0)})
+        share = cc.conformance(worse, {"y": cc.require("y", below=5.0)}, 500, rng=1)["y"]
+        assert 0.85 * 500 < share.failed == share.outside < 500
+        none = cc.Study(fragile, {"x": cc.normal(30.0, 1.0)})
+        with pytest.raises(ValueError, match="cannot be assembled"):
+            cc.conformance(none, {"y": cc.require("y", below=5.0)}, 50)
 
     def test_the_picture_has_the_limits(self):
         found = cc.conformance(self.study(), {"x": cc.require("block.x", above="-103 mm", below=1)}, 50)

@@ -17,7 +17,7 @@ from ...execution.batch import WORKER_LOST
 from ...execution.calls import Answers, Calls
 from ...execution.counts import STATS
 from ...execution.dispatch import Task, dispatch
-from ...execution.failures import FEATURE, MODEL, FailedRun, end_of, run_to_raise
+from ...execution.failures import FEATURE, MODEL, FailedRun, end_of, error_to_raise, run_to_raise
 from ...execution.limited import TimeLimitError
 from ...execution.options import ExecutionOptions
 from ...execution.pieces import DONE, NOT_BEGUN, End, Piece, code_version
@@ -234,12 +234,12 @@ class Calling:
     def _require_success(self) -> None:
         failed = {number: end for number, end in enumerate(self.ends) if end.status not in (DONE, NOT_BEGUN)}
         nominal = -1 if self.nominal is None else self.nominal
-        if run_to_raise(failed, self.total, nominal, self.execution.on_failure) is not None:
+        if run_to_raise(failed, self.total, nominal, self.execution) is not None:
             assert self._first_failure is not None, "a run failed"
             error = self._first_failure[1]
             if len(failed) > 1:
                 error.add_note(f"{len(failed)} of {self.total} runs of the study failed")
-            raise error
+            raise error_to_raise(error, failed, self.total, self.execution)
 
     def _key(self, number: int) -> bytes:
         text = json.dumps(dict(sorted(self.given[number].items())))

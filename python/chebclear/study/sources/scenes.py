@@ -23,6 +23,7 @@ from ...execution.failures import (
     FEATURE,
     FailedRun,
     end_of,
+    error_to_raise,
     failure_notices,
     located,
     run_to_raise,
@@ -181,7 +182,7 @@ class SceneRuns:
         self._midpoint = midpoint
         self._rtol = rtol
         self._limited = LimitedCalls(execution.run_seconds)
-        self._raised: dict[int, BaseException] = {}
+        self._raised: dict[int, Exception] = {}
         self._seen: set[Any] = set()  # so that a place in `build` warns once, not in every run
         self._clearances: dict[str, float] = {}
         self._structures = Structures()
@@ -420,20 +421,23 @@ class SceneRuns:
     def _require_success(self, batch: Batch) -> None:
         """Raise for the first failure if the study says so, or if the nominal run or most runs failed."""
         failed = {number: end for number, end in batch.failed() if end.status != NOT_BEGUN}
-        first = run_to_raise(failed, self.count, self._last, self._execution.on_failure)
-        if first is None:
-            return
+        first = run_to_raise(failed, self.count, self._last, self._execution)
+        if first is not None:
+            raise error_to_raise(self._error_of(first, failed), failed, self.count, self._execution)
+
+    def _error_of(self, first: int, failed: Mapping[int, End]) -> Exception:
+        """The error of a failed run, which tells of the others."""
         end, parameters = failed[first], self.parameters(first)
         if first in self._raised:
-            raise self._raised[first]
+            return self._raised[first]
         if end.status in (SCENE, SETTINGS):
             problems = located(parameters, end.problems)
             wrong = sum(one.status == end.status for one in failed.values())
             if wrong > 1:
                 problems.append(Problem("study", f"{wrong - 1} more of {self.count} scenes have problems"))
-            raise (SceneError if end.status == SCENE else SettingsError)(problems)
+            return (SceneError if end.status == SCENE else SettingsError)(problems)
         counted = f"({len(failed)} of {self.count} runs of the study failed)"
-        raise SimulationError(end.status, end.time, end.joint, parameters, f"{end.message} {counted}")
+        return SimulationError(end.status, end.time, end.joint, parameters, f"{end.message} {counted}")
 
 
 def _moved_up(values: Array, kept: NDArray[np.intp]) -> Array:

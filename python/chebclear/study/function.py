@@ -1,0 +1,173 @@
+"""A study as a function of points of one's own: for optimizers and for other packages of sensitivities."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..base.arguments import Checks, meant_or_known
+from ..base.shown import listed
+from ..errors import ArgumentError
+from ..execution.failures import FAILED, AllFailedError
+from ..run.features import Feature
+from ..run.notices import Notice, issue
+from .features.features import FeatureSpec
+from .runner import Runner
+from .sources.finished import FinishedRuns
+from .sources.scenes import MOST_RUNS
+
+Array = NDArray[np.float64]
+
+
+@dataclass(eq=False, repr=False)
+class StudyFunction:
+    """Features of a study as a vectorized function of its parameters, made by `Study.function`.
+
+    Attributes
+    ----------
+    parameters : tuple[str, ...]
+        Names of the parameters, in the order of the columns of X.
+    bounds : Array
+        Interval of each parameter [SI units], shape (parameters, 2). Points may lie outside.
+    features : tuple[str, ...]
+        Names of the features, in the order of the columns of Y.
+    calls : int
+        Points at which it was called [-].
+    failed : int
+        Points among them that have no value [-].
+    notices : tuple[Notice, ...]
+        What should be checked, each kind once.
+    """
+
+    parameters: tuple[str, ...]
+    bounds: Array
+    features: tuple[str, ...]
+    calls: int = 0
+    failed: int = 0
+    _runner: Runner = field(kw_only=True)
+    _single: bool = field(kw_only=True)
+    _notices: dict[object, Notice] = field(default_factory=dict, kw_only=True)
+
+    @property
+    def notices(self) -> tuple[Notice, ...]:
+        return tuple(self._notices.values())
+
+    def __call__(self, X: ArrayLike) -> Array | float:
+        """The features at points of the parameters.
+
+        Parameters
+        ----------
+        X : array_like, shape (points, parameters) or (parameters,)
+            Values of the parameters [SI units].
+
+        Returns
+        -------
+        ndarray, shape (points, features) or (features,)
+            In the units of the features. If the function was made of a single feature, not a list, without
+            this axis. NaN where a run failed, which is warned of; with ``on_failure="raise"`` it raises.
+
+        Raises
+        ------
+        ValueError
+            If the points are not finite or have not one column for each parameter.
+        """
+        points = self._points(X)
+        values = self._values(np.atleast_2d(points))
+        if self._single:
+            values = values[:, 0]
+        return cast("Array | float", values if points.ndim == 2 else values[0])
+
+    def __repr__(self) -> str:
+        return f"<StudyFunction {listed(self.features)} of {listed(self.parameters)}>"
+
+    def _points(self, X: ArrayLike) -> Array:
+        try:
+            points = np.array(X, dtype=float)
+        except (TypeError, ValueError) as error:
+            raise ArgumentError(f"X must be numbers, got {X!r:.80}") from error
+        names = ", ".join(self.parameters)
+        if points.ndim not in (1, 2) or points.shape[-1] != len(self.parameters):
+            raise ArgumentError(
+                f"X must have a column for each of {names}, the shape (points, {len(self.parameters)}) or "
+                f"({len(self.parameters)},); got the shape {points.shape}"
+            )
+        if points.ndim == 2 and len(points) > MOST_RUNS:
+            raise ArgumentError(f"X may have at most {MOST_RUNS} points, got {len(points)}")
+        if not np.all(np.isfinite(points)):
+            place = tuple(int(index) for index in np.argwhere(~np.isfinite(points))[0])
+            raise ArgumentError(f"X must be finite, got {points[place]} for {self.parameters[place[-1]]}")
+        return points
+
+    def _values(self, points: Array) -> Array:
+        values = np.full((len(points), len(self.features)), np.nan)
+        if not len(points):
+            return values
+        told: Sequence[Notice] = ()
+        first = ""
+        try:
+            runs = self._runner.made(points, self._runner.settings, midpoint=False)
+        except AllFailedError as error:
+            first = str(error.__cause__)
+        else:
+            assert runs.features is not None
+            columns = [runs.feature_names.index(name) for name in self.features]
+            values[runs.kept] = runs.features[:, 0, columns]
+            told = [notice for notice in runs.notices if notice.code != FAILED]
+            first = str(runs.failures[0]) if runs.failures else ""
+        self.calls += len(points)
+        if first:
+            failed = int(np.count_nonzero(np.isnan(values[:, 0])))
+            self.failed += failed
+            text = f"failed: {failed} of {len(points)} points have no value, NaN; the first: {first}"
+            told = [Notice(FAILED, text, numbers={"runs": failed, "of_runs": len(points)}), *told]
+        fresh: dict[object, Notice] = {}
+        for one in told:
+            if (one.code, one.about) not in self._notices:
+                fresh[one.code, one.about] = one
+        self._notices |= fresh
+        issue(tuple(fresh.values()))
+        return values
+
+
+def function_of(runner: Runner, features: str | Sequence[str] | None) -> StudyFunction:
+    """The function of `Study.function`; see there."""
+    if isinstance(runner.model, FinishedRuns):
+        raise ArgumentError("a table of finished runs has no values at other points")
+    single = isinstance(features, str)
+    asked = [features] if isinstance(features, str) else None if features is None else list(features)
+    every, settings = runner.features, runner.settings
+    if settings is not None:
+        chosen: Mapping[str, FeatureSpec] = every
+        if asked is not None and all(name in every for name in asked):
+            chosen = {name: every[name] for name in asked}
+        # A feature of the user's own may look at any output.
+        outputs = () if all(isinstance(one, Feature) for one in chosen.values()) else settings.outputs
+        runner = replace(runner, features=dict(chosen), settings=replace(settings, outputs=outputs))
+    runner = replace(runner, execution=replace(runner.execution, most_failed=1.0), progress=None)
+    nominal = np.array([[side.nominal for side in runner.intervals.values()]])
+    checks = Checks()
+    if settings is not None and not every:
+        checks.add("the study has no features; name some, as in Study(..., features={...})")
+    cycles = runner.spec.cycles if settings is None else settings.cycles
+    if cycles > 1:
+        checks.add(f"a function has one value for each run; this study has {cycles} cycles: leave them out")
+    checks.finish()
+    # Whatever is wrong for every point shows here, and a model of the user's own names its numbers.
+    try:
+        known = runner.made(nominal, runner.settings, midpoint=False).feature_names
+    except AllFailedError as error:
+        assert error.__cause__ is not None
+        raise error.__cause__ from None
+    asked = list(known) if asked is None else asked
+    if not asked:
+        checks.add("features: at least one is needed; the model returned no numbers")
+    for name in asked:
+        if name not in known:
+            checks.add(f'features: unknown feature "{name}"{meant_or_known(name, known)}')
+    checks.finish()
+    bounds = np.array([(side.lower, side.upper) for side in runner.intervals.values()])
+    return StudyFunction(tuple(runner.intervals), bounds, tuple(asked), _runner=runner, _single=single)
