@@ -69,8 +69,8 @@ GROUPS = {
     "TorsionDamper Force Torque Gravity JointStart BodyStart ClearanceStart rpm",
     "Scene files": "load loads Template Parameter",
     "Runs": "simulate Settings Trajectory load_result animate",
-    "Studies": "Study StudyResult Band Surrogate Interval normal uniform Normal Uniform compare bifurcation "
-    "restraint_zones require conformance lost_motion",
+    "Studies": "Study StudyResult Band Surrogate Interval normal lognormal uniform triangular compare "
+    "bifurcation restraint_zones require conformance lost_motion",
     "Trade-offs": "tradeoff study_tradeoff",
     "Errors and warnings": "ChebclearError ChebclearWarning",
 }

@@ -20,6 +20,12 @@ from .plots.animation.animate import animate as animate
 from .run.settings import Settings as Settings
 from .run.simulation import simulate as simulate
 from .run.trajectory import Trajectory as Trajectory
+from .scene.distributions import (
+    lognormal as lognormal,
+    normal as normal,
+    triangular as triangular,
+    uniform as uniform,
+)
 from .scene.scene import (
     Body as Body,
     BodyStart as BodyStart,
@@ -40,12 +46,6 @@ from .scene.scene import (
     TorsionSpring as TorsionSpring,
 )
 from .study.band.band import Band as Band
-from .study.band.hybrid import (
-    Normal as Normal,
-    Uniform as Uniform,
-    normal as normal,
-    uniform as uniform,
-)
 from .study.band.zones import restraint_zones as restraint_zones
 from .study.bifurcation import bifurcation as bifurcation
 from .study.comparison import compare as compare

@@ -6,6 +6,7 @@ from .run.accuracy import ErrorEstimate
 from .run.contacts import Contact, Contacts, Event, Events
 from .run.notices import Notice
 from .run.trajectory import EndState, Stats
+from .scene.distributions import Lognormal, Normal, Triangular, Uniform
 from .scene.scene import Inspection
 from .study.band.hybrid import QuantileBand
 from .study.band.margin import Margin
@@ -45,8 +46,10 @@ __all__ = [
     "FeatureResult",
     "FeatureTable",
     "Inspection",
+    "Lognormal",
     "LostMotion",
     "Margin",
+    "Normal",
     "Notice",
     "Plan",
     "PolynomialRange",
@@ -64,5 +67,7 @@ __all__ = [
     "Swing",
     "Tradeoff",
     "TradeoffPoint",
+    "Triangular",
+    "Uniform",
     "VarianceShares",
 ]

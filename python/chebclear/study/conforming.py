@@ -65,7 +65,7 @@ def conformance(
 ) -> Conformance:
     """The share of mechanisms that keep to specifications, from mechanisms drawn at random.
 
-    Parameters are drawn independently from their distributions, `normal` or `uniform`. Those that are only
+    Parameters are drawn independently from their distributions, such as `normal`. Those that are only
     known as an `Interval` have none: the runs are repeated at their nominal values and at every corner of
     their intervals, and the interval of the share is that of the smallest and the largest of these.
 
@@ -173,7 +173,7 @@ def _checked(
     elif not runner.random:
         checks.add(
             "no parameter has a distribution: an interval says nothing of how often its values occur; give "
-            "cc.normal(mean, standard_deviation) or cc.uniform(lower, upper) in its place"
+            "cc.normal(mean, standard_deviation), cc.lognormal, cc.uniform or cc.triangular in its place"
         )
     if len(sides) > _MOST_INTERVALS:
         checks.add(

@@ -195,7 +195,7 @@ def feature_table(runner: Runner, runs: Runs, points: Array, random: bool) -> Fe
         runner.intervals,
         points,
         random,
-        runner.normal,
+        runner.uneven,
         units_of(names, runner.features, runner.units, simulated=runner.settings is not None),
         count_failed(runs.failures),
         isinstance(runner.model, FinishedRuns),

@@ -151,7 +151,7 @@ def function_of(runner: Runner, features: str | Sequence[str] | None) -> StudyFu
     nominal = np.array([[side.nominal for side in runner.intervals.values()]])
     checks = Checks()
     if settings is not None and not every:
-        checks.add("the study has no features; name some, as in Study(..., features={...})")
+        checks.add("the study has no features: it needs at least one")
     cycles = runner.spec.cycles if settings is None else settings.cycles
     if cycles > 1:
         checks.add(f"a function has one value for each run; this study has {cycles} cycles: leave them out")

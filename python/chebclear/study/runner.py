@@ -18,9 +18,9 @@ from ..execution.failures import located
 from ..execution.memory import SAMPLES_ALONE, Usage
 from ..execution.options import ExecutionOptions, checked_options
 from ..run.settings import RunOptions, Settings, checked_names, checked_settings
+from ..scene.distributions import Distribution, Uniform
 from ..scene.scene import Interval, Scene
 from ..scene.structure import ManyScenes
-from .band.hybrid import Normal, Uniform
 from .features.features import FeatureSpec, checked_features, tracked_features
 from .sources.finished import FinishedRuns
 from .sources.own import OwnModel, check_own_features, check_unused
@@ -44,7 +44,7 @@ class Runner:
 
     build: Callable[..., Any]
     """Function of the parameters and fixed keywords that returns the scene or a user's model's result."""
-    parameters: dict[str, Interval | Normal | Uniform]
+    parameters: dict[str, Interval | Distribution]
     """The parameters as they were given."""
     intervals: dict[str, Interval]
     """Interval of each parameter by name [SI units]."""
@@ -66,9 +66,9 @@ class Runner:
     """Progress reports."""
 
     @property
-    def random(self) -> dict[str, Normal | Uniform]:
+    def random(self) -> dict[str, Distribution]:
         """Distributions of the parameters that have one."""
-        return {name: one for name, one in self.parameters.items() if isinstance(one, Normal | Uniform)}
+        return {name: one for name, one in self.parameters.items() if isinstance(one, Distribution)}
 
     @property
     def spec(self) -> StudySpec:
@@ -120,9 +120,9 @@ class Runner:
         return replace(self.settings, rtol=default if rtol is None else float(rtol))
 
     @property
-    def normal(self) -> tuple[str, ...]:
-        """Parameters that are normally distributed."""
-        return tuple(name for name, given in self.random.items() if isinstance(given, Normal))
+    def uneven(self) -> tuple[str, ...]:
+        """Parameters with another distribution than a uniform one."""
+        return tuple(name for name, given in self.random.items() if not isinstance(given, Uniform))
 
     def made(
         self,
@@ -197,7 +197,7 @@ class Runner:
 
 def checked_runner(
     build: Callable[..., Any],
-    parameters: Mapping[str, Interval | Normal | Uniform],
+    parameters: Mapping[str, Interval | Distribution],
     outputs: Sequence[str] | None,
     settings: Settings | None,
     fixed: Mapping[str, Any] | None,

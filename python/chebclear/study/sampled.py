@@ -373,7 +373,7 @@ def _result(
             runner.intervals,
             parameters,
             random,
-            runner.normal,
+            runner.uneven,
             units_of(names, runner.features, runner.units, simulated=runner.settings is not None),
             requirement.failed,
             isinstance(runner.model, FinishedRuns),

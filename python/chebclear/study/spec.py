@@ -9,7 +9,7 @@ import pickle
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -23,9 +23,9 @@ from ..errors import ArgumentError, Problem, SceneError
 from ..execution.options import OnFailure
 from ..run.features import Feature
 from ..run.settings import RunOptions, Settings
+from ..scene.distributions import Distribution, Uniform
 from ..scene.scene import Interval, Scene
 from ..scene.schema import Part, read, write
-from .band.hybrid import Normal, Uniform
 from .features.features import FeatureSpec
 from .sources.scenes import MOST_NODES, MOST_RUNS
 
@@ -63,7 +63,7 @@ class StudySpec:
     ----------
     build : callable
         The mechanism, template or function of the study.
-    parameters : Mapping[str, Interval | Normal | Uniform]
+    parameters : Mapping[str, Interval | Distribution]
         The parameters as they were given [SI units].
     outputs : tuple[str, ...] | None
         Names or patterns of the outputs; None if none were given.
@@ -88,7 +88,7 @@ class StudySpec:
     """
 
     build: Callable[..., Any]
-    parameters: Mapping[str, Interval | Normal | Uniform]
+    parameters: Mapping[str, Interval | Distribution]
     outputs: tuple[str, ...] | None = None
     settings: Settings | None = None
     rtol_given: bool = False
@@ -110,14 +110,14 @@ class StudySpec:
         return {name: interval_of(given) for name, given in self.parameters.items()}
 
     @property
-    def random(self) -> dict[str, Normal | Uniform]:
+    def random(self) -> dict[str, Distribution]:
         """Distributions of the parameters that have one."""
-        return {name: one for name, one in self.parameters.items() if isinstance(one, Normal | Uniform)}
+        return {name: one for name, one in self.parameters.items() if isinstance(one, Distribution)}
 
     @property
-    def normal(self) -> tuple[str, ...]:
-        """Parameters that are normally distributed."""
-        return tuple(name for name, one in self.random.items() if isinstance(one, Normal))
+    def uneven(self) -> tuple[str, ...]:
+        """Parameters with another distribution than a uniform one."""
+        return tuple(name for name, one in self.random.items() if not isinstance(one, Uniform))
 
     @property
     def mechanism(self) -> str | None:
@@ -258,8 +258,8 @@ class StudySpec:
         return objects
 
 
-_PARAMETERS: dict[str, type[Interval | Normal | Uniform]] = {
-    one.__name__: one for one in (Interval, Normal, Uniform)
+_PARAMETERS: dict[str, type[Interval | Distribution]] = {
+    one.__name__: one for one in (Interval, *get_args(Distribution))
 }
 
 
@@ -382,9 +382,9 @@ def _unpacked(facts: Mapping[str, Any], packed: Mapping[str, bytes]) -> StudySpe
     return StudySpec.from_facts(facts, objects)
 
 
-def interval_of(given: Interval | Normal | Uniform) -> Interval:
+def interval_of(given: Interval | Distribution) -> Interval:
     """The interval of a parameter."""
-    return given if isinstance(given, Interval) else Interval(*given.reach)
+    return given if isinstance(given, Interval) else given.interval
 
 
 def checked_intervals(checks: Checks, parameters: object) -> dict[str, Interval]:
@@ -396,13 +396,13 @@ def checked_intervals(checks: Checks, parameters: object) -> dict[str, Interval]
         checks.add("parameters must name at least one interval")
     checks.names("parameters", parameters)
     for name, side in parameters.items():
-        if not isinstance(side, Interval | Normal | Uniform):
+        if not isinstance(side, Interval | Distribution):
             wrong = f'parameters["{name}"] must be an Interval(lower, upper), got {side!r}'
             checks.add(wrong, wrong_type=True)
     return {
         name: interval_of(side)
         for name, side in parameters.items()
-        if isinstance(side, Interval | Normal | Uniform)
+        if isinstance(side, Interval | Distribution)
     }
 
 

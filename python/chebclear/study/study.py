@@ -19,9 +19,9 @@ from ..execution.plan import Plan
 from ..run.features import Feature
 from ..run.notices import issue
 from ..run.settings import RunOptions, Settings, with_settings
+from ..scene.distributions import Distribution
 from ..scene.scene import Interval, Scene
 from . import designs, sampled
-from .band.hybrid import Normal, Uniform
 from .band.worst import WorstCase
 from .designs import Design, carried_out, plan_of, simulated_extremes
 from .features.features import FeatureSpec
@@ -51,9 +51,9 @@ class Study:
         and `samples`, unless its annotation says that it returns a scene, it is a model of your own and
         returns a mapping: equally spaced instants as ``"t"``, arrays of as many values for outputs, numbers
         for features. Such a model may return numbers alone.
-    parameters : mapping of str to Interval, Normal or Uniform
-        Interval of each uncertain parameter [SI units]. The interval of a `normal` distribution is three
-        standard deviations to either side of its mean, that of a `uniform` one its range;
+    parameters : mapping of str to Interval or Distribution
+        Interval of each uncertain parameter [SI units]. The interval of a `normal` or `lognormal`
+        distribution is three standard deviations to either side, that of the others their whole range;
         ``band.quantiles(study.random)`` then gives quantiles for the worst case of the other intervals.
     outputs : sequence of str, optional
         Names of the outputs of interest, or patterns such as ``"wrist.*"``; all quantities of bodies,
@@ -137,7 +137,7 @@ class Study:
     def __init__(
         self,
         build: Callable[..., Scene] | Callable[..., Mapping[str, Any]],
-        parameters: Mapping[str, Interval | Normal | Uniform],
+        parameters: Mapping[str, Interval | Distribution],
         outputs: Sequence[str] | None = None,
         *,
         settings: Settings | None = None,
@@ -165,7 +165,7 @@ class Study:
         return self.runner.intervals
 
     @property
-    def random(self) -> dict[str, Normal | Uniform]:
+    def random(self) -> dict[str, Distribution]:
         """Distributions of the parameters that have one."""
         return self.runner.random
 

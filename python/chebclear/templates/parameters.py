@@ -12,7 +12,7 @@ from ..base.arguments import did_you_mean
 from ..base.quantities import Interval
 from ..base.units import UnitError, is_quantity, parse_unit, written
 from ..errors import SceneError
-from ..study.band.hybrid import Normal, Uniform, normal, uniform
+from ..scene.distributions import Distribution, Lognormal, normal, triangular, uniform
 from .expressions import CONSTANTS, FUNCTIONS, Expression
 from .fits import FitError, radial_clearance
 from .template import Parameter, evaluated
@@ -20,6 +20,8 @@ from .toml_text import Path
 from .values import Values
 
 MOST_PARAMETERS = 200
+DISTRIBUTIONS = ("normal", "lognormal", "uniform", "triangular")
+"""How often the values of an interval may be said to occur."""
 KEYS = ("nominal", "rel", "plus", "minus", "limits", "fit", "distribution", "unit", "note")
 """What the table of a parameter may hold."""
 # Each gives an interval, and only one may.
@@ -189,16 +191,23 @@ class _Reader:
             return None
         return _around(middle - minus, middle, middle + plus)
 
-    def _distribution(self, name: str, side: Interval | None) -> Normal | Uniform | None:
+    def _distribution(self, name: str, side: Interval | None) -> Distribution | None:
         """How often the values in the interval occur, if it is said."""
         path: Path = ("parameters", name, "distribution")
         word = self.facts[name].get("distribution")
         if word is None:
             return None
-        if word not in ("normal", "uniform"):
-            self.values.note(path, f'must be "normal" or "uniform", got {word!r}')
+        if word not in DISTRIBUTIONS:
+            accepted = ", ".join(f'"{one}"' for one in DISTRIBUTIONS)
+            self.values.note(path, f"must be one of {accepted}, got {word!r}")
         elif side is None:
             self.values.note(path, "needs an interval: give rel, plus and minus, limits or fit as well")
+        elif word == "triangular":
+            return triangular(side.lower, side.nominal, side.upper)
+        elif word == "lognormal" and side.lower <= 0.0:
+            self.values.note(path, f"needs an interval above 0, which reaches down to {side.lower!r}")
+        elif word == "lognormal":
+            return Lognormal.over(side)
         elif side.nominal != side.midpoint:
             self.values.note(path, "needs the nominal value in the middle of the interval")
         elif word == "uniform":

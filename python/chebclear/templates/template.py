@@ -23,10 +23,10 @@ from ..errors import ArgumentError, ArgumentTypeError, Problem, SceneError, Unkn
 from ..run.features import Feature
 from ..run.simulation import simulate
 from ..run.trajectory import Trajectory
+from ..scene.distributions import Distribution
 from ..scene.scene import Scene
 from ..scene.schema import read
 from ..scene.structure import Structure
-from ..study.band.hybrid import Normal, Uniform
 from ..study.conforming import conformance
 from ..study.requirements.conformance import Conformance
 from ..study.requirements.specification import Specification
@@ -53,7 +53,7 @@ class Parameter:
         Unit of the quantity, for tables and pictures; the value is in SI units all the same.
     note : str
         What it is, or where its value comes from.
-    distribution : Normal | Uniform | None
+    distribution : Distribution | None
         How often the values in the interval occur; None if it is not known.
     """
 
@@ -62,7 +62,7 @@ class Parameter:
     interval: Interval | None = None
     unit: str = ""
     note: str = ""
-    distribution: Normal | Uniform | None = None
+    distribution: Distribution | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -300,7 +300,7 @@ class Template:
                 "no parameter of the template has an interval: give one rel, plus and minus, or limits"
             )
         features = dict(self.features) or None
-        drawn: dict[str, Interval | Normal | Uniform] = dict(self.intervals)
+        drawn: dict[str, Interval | Distribution] = dict(self.intervals)
         drawn |= {name: one.distribution for name, one in self.parameters.items() if one.distribution}
         return Study(self, drawn, **({"features": features} | dict(self.run) | options))
 

@@ -3,6 +3,7 @@
 import csv
 import json
 
+import chebclear as cc
 import pytest
 from chebclear import cli
 
@@ -97,9 +98,14 @@ def test_a_plan_makes_no_more_runs_than_it_needs(file, capsys):
         ('above = "-103 mm"', 'above = "-103 N"', "is not of the dimension"),
         ('above = "-103 mm"', 'more = "-103 mm"', "unknown key"),
         (', above = "-103 mm"', "", "give a limit"),
-        ('distribution = "normal"', 'distribution = "gauss"', 'must be "normal" or "uniform"'),
+        ('distribution = "normal"', 'distribution = "gauss"', 'must be one of "normal", "lognormal"'),
         ('plus = "6 mm", ', 'plus = "5 mm", ', "in the middle"),
         ("limits = [90, 110], ", "nominal = 100, ", "needs an interval"),
+        (
+            'limits = [90, 110], distribution = "uniform"',
+            'limits = [-9, 9], distribution = "lognormal"',
+            "above 0",
+        ),
     ],
 )
 def test_bad_files_are_refused_with_their_line(file, old, new, problem, capsys):
@@ -108,6 +114,21 @@ def test_bad_files_are_refused_with_their_line(file, old, new, problem, capsys):
     assert run(file, "--runs", 5, "--quiet") == 2
     told = capsys.readouterr().err
     assert problem in told and "block.toml:" in told
+
+
+def test_the_interval_says_the_distribution(file):
+    text = FILE.replace(
+        'minus = "6 mm", distribution = "normal"', 'minus = "2 mm", distribution = "triangular"'
+    )
+    file.write_text(text.replace('distribution = "uniform"', 'distribution = "lognormal"'), encoding="utf-8")
+    parameters = cc.load(file).parameters
+    length, stiffness = parameters["length"].distribution, parameters["stiffness"].distribution
+    assert (length.lower, length.mode, length.upper) == pytest.approx((0.098, 0.1, 0.106))
+    ends = stiffness.interval
+    assert (ends.lower, ends.upper) == pytest.approx((90.0, 110.0)) and ends.nominal == pytest.approx(
+        9900.0**0.5
+    )
+    assert run(file, "--runs", 20, "--quiet") == 0
 
 
 def test_what_is_missing_is_told(file, capsys):

@@ -413,9 +413,9 @@ class TestStudy:
             rtol=1e-4,
         )
         result = study.sample(12)
-        assert "crank_length: taken as uniform over three standard deviations" in str(result.ranking("mean"))
-        assert "(normal: three standard deviations each way, taken as an interval)" in str(result)
-        with pytest.raises(ValueError, match="not those of a normal distribution"):
+        assert "crank_length: taken as uniform over the interval" in str(result.ranking("mean"))
+        assert "(normal, taken as an interval)" in str(result)
+        with pytest.raises(ValueError, match="not those of their distributions"):
             result.features["mean"].quantile(0.5)
         assert cc.StudyResult.load(result.save(tmp_path / "normal")) == result
         assert "taken as" not in str(

@@ -276,7 +276,7 @@ def test_quantiles_at_the_worst_of_the_intervals():
         assert words in str(caught.value)
     with pytest.raises(ValueError, match="draws must be a whole number >= 160"):
         band.quantiles({"a": cc.uniform(2.0, 6.0)}, draws=159)
-    with pytest.raises(TypeError, match=r"must be normal\(...\) or uniform"):
+    with pytest.raises(TypeError, match=r"must be a distribution, such as normal\(...\)"):
         band.quantiles({"a": cc.Interval(2.0, 6.0)})
 
 

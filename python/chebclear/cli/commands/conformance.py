@@ -24,7 +24,7 @@ def add(commands: Commands) -> None:
         "what share of mechanisms keeps to the requirements, and how sure that is",
         "Draw mechanisms from the distributions of the parameters, simulate them, and print, for every entry "
         "of the table [requirements], the share that keeps to it, with an exact interval. Parameters are "
-        'drawn that say distribution = "normal" or "uniform"; of those that are only intervals, the nominal '
+        "drawn that have a distribution; of those that are only intervals, the nominal "
         "values and corners are taken, and the smallest and the largest share are told.",
         "chebclear conformance examples/toggle_press.toml --runs 2000",
     )

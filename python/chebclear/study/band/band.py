@@ -16,10 +16,11 @@ from ...base import files as records
 from ...base.arguments import Checks
 from ...base.units import unit
 from ...errors import ArgumentError, warn
+from ...scene.distributions import Distribution
 from ...scene.scene import Interval
 from ..polynomials.sensitivity import VarianceShares, variance_shares
 from ..polynomials.surrogate import Surrogate
-from .hybrid import Normal, QuantileBand, Uniform, quantile_bounds
+from .hybrid import QuantileBand, quantile_bounds
 from .margin import Margin, Verdict, doubt_of, effect_doubt, far_off, slope_doubt
 from .running import half_window, running_maximum
 
@@ -324,7 +325,7 @@ class Band(records.ArrayRecord):
 
     def quantiles(
         self,
-        random: Mapping[str, Normal | Uniform],
+        random: Mapping[str, Distribution],
         *,
         probability: float = 0.95,
         draws: int = 4000,
@@ -337,10 +338,10 @@ class Band(records.ArrayRecord):
 
         Parameters
         ----------
-        random : mapping of str to Normal or Uniform
-            Distributions of some or all parameters, made by `normal` and `uniform`. The interval of the
-            runs must contain three standard deviations to either side of a normal distribution, of which
-            what is beyond counts as outside, or the whole range of a uniform one.
+        random : mapping of str to Distribution
+            Distributions of some or all parameters, made by `normal`, `lognormal`, `uniform` and
+            `triangular`. The interval of the runs must contain three standard deviations to either side of
+            the first two, of which what is beyond counts as outside, or the whole range of the others.
         probability : float
             Least probability of the output to be in the band at an instant [-]; half of the rest on either
             side.

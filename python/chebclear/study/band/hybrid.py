@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from statistics import NormalDist
 
 import numpy as np
 from numpy.random import Generator, default_rng
@@ -16,6 +15,7 @@ from ...base import files as records
 from ...base.arguments import Checks, did_you_mean
 from ...base.units import unit
 from ...errors import ArgumentError
+from ...scene.distributions import Distribution, Lognormal, Normal, inside
 from ...scene.scene import Interval
 from ..polynomials.surrogate import Surrogate, time_blocks
 
@@ -27,111 +27,6 @@ MOST_DRAWS = 1_000_000
 # A quantile is taken so many of its standard errors further out: of 40 sets of draws less than one is not far
 # enough out.
 _CONFIDENCE = 2.0
-
-
-@dataclass(frozen=True)
-class Normal:
-    """A normally distributed parameter; see `normal`."""
-
-    mean: float
-    standard_deviation: float
-
-    def inside(self, side: Interval, shares: Array) -> Array:
-        """Values at shares of the probability that lies inside an interval."""
-        distribution = NormalDist(self.mean, self.standard_deviation)
-        first, last = distribution.cdf(side.lower), distribution.cdf(side.upper)
-        values = [distribution.inv_cdf(first + (last - first) * share) for share in shares]
-        return np.clip(values, side.lower, side.upper)
-
-    def share_inside(self, side: Interval) -> float:
-        """Probability of an interval [-]."""
-        distribution = NormalDist(self.mean, self.standard_deviation)
-        return distribution.cdf(side.upper) - distribution.cdf(side.lower)
-
-    @property
-    def reach(self) -> tuple[float, float]:
-        """The range that an interval must contain: three standard deviations to either side."""
-        return self.mean - 3.0 * self.standard_deviation, self.mean + 3.0 * self.standard_deviation
-
-
-@dataclass(frozen=True)
-class Uniform:
-    """A uniformly distributed parameter; see `uniform`."""
-
-    lower: float
-    upper: float
-
-    def inside(self, side: Interval, shares: Array) -> Array:
-        """Values at shares of the probability."""
-        return np.clip(self.lower + (self.upper - self.lower) * shares, side.lower, side.upper)
-
-    def share_inside(self, side: Interval) -> float:
-        """Probability of an interval, which contains all of it [-]."""
-        return 1.0
-
-    @property
-    def reach(self) -> tuple[float, float]:
-        """The range that an interval must contain: all of it."""
-        return self.lower, self.upper
-
-
-def normal(mean: float, standard_deviation: float) -> Normal:
-    """A normal distribution of a parameter, for `Band.quantiles`.
-
-    Parameters
-    ----------
-    mean : float
-        Mean [SI unit of the quantity].
-    standard_deviation : float
-        Standard deviation [SI unit of the quantity], above 0.
-
-    Returns
-    -------
-    Normal
-
-    Raises
-    ------
-    ValueError, TypeError
-        If an argument is not a finite number or the standard deviation is not above 0.
-
-    Examples
-    --------
-    >>> import chebclear as cc
-    >>> cc.normal(0.12, 1e-4).mean
-    0.12
-    """
-    checks = Checks()
-    center = checks.real("mean", mean, "SI unit")
-    spread = checks.real("standard_deviation", standard_deviation, "SI unit", above=0.0)
-    checks.finish()
-    return Normal(center, spread)
-
-
-def uniform(lower: float, upper: float) -> Uniform:
-    """A uniform distribution of a parameter, for `Band.quantiles`.
-
-    Parameters
-    ----------
-    lower, upper : float
-        Ends [SI unit of the quantity].
-
-    Returns
-    -------
-    Uniform
-
-    Raises
-    ------
-    ValueError, TypeError
-        If an end is not a finite number or the ends are reversed.
-
-    Examples
-    --------
-    >>> import chebclear as cc
-    >>> cc.uniform(0.119, 0.121).upper
-    0.121
-    """
-    side = Interval(lower, upper)
-    return Uniform(side.lower, side.upper)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -167,7 +62,7 @@ class QuantileBand(records.ArrayRecord):
 
 def quantile_bounds(
     surrogate: Surrogate,
-    random: Mapping[str, Normal | Uniform],
+    random: Mapping[str, Distribution],
     *,
     probability: float,
     draws: int,
@@ -184,12 +79,13 @@ def quantile_bounds(
     for name, given in random.items():
         if name not in surrogate.intervals:
             checks.add(f'unknown parameter "{name}"{did_you_mean(name, surrogate.intervals)}')
-        elif not isinstance(given, Normal | Uniform):
+        elif not isinstance(given, Distribution):
             checks.add(
-                f'random["{name}"] must be normal(...) or uniform(...), got {given!r}', wrong_type=True
+                f'random["{name}"] must be a distribution, such as normal(...), got {given!r}',
+                wrong_type=True,
             )
         else:
-            side, (least, most) = surrogate.intervals[name], given.reach
+            side, (least, most) = surrogate.intervals[name], given.interval
             slack = 1e-12 * max(abs(side.lower), abs(side.upper))
             if least < side.lower - slack or most > side.upper + slack:
                 checks.add(
@@ -200,11 +96,11 @@ def quantile_bounds(
     start = checks.seed("rng", rng)
     checks.finish()
     # Values beyond the intervals, of which nothing is known, count as outside.
-    known = math.prod(given.share_inside(surrogate.intervals[name]) for name, given in random.items())
+    known = math.prod(_share_inside(given, surrogate.intervals[name]) for name, given in random.items())
     if asked >= known:
         raise ArgumentError(
             f"probability must be below {known:.6g}, that of the intervals of the runs, got {asked!r}: give "
-            "the normal distributions wider intervals in a new study"
+            "the distributions wider intervals in a new study"
         )
     share = asked / known
     tail = 0.5 * (1.0 - share)
@@ -223,20 +119,30 @@ def quantile_bounds(
         lows, highs = _worst_of_draws(surrogate, random, weights, block)
         lower[block] = np.partition(lows, beyond, axis=0)[beyond]
         upper[block] = np.partition(highs, count - 1 - beyond, axis=0)[count - 1 - beyond]
+    return lower, upper, _statement(surrogate, random, asked, count)
+
+
+def _statement(surrogate: Surrogate, random: Mapping[str, Distribution], asked: float, count: int) -> str:
+    """What the band promises."""
     rest = [name for name in surrogate.intervals if name not in random]
     are = "is in its interval" if len(rest) == 1 else "are in their intervals"
     whatever = f", wherever {' and '.join(rest)} {are}" if rest else ""
-    normal = [name for name, given in random.items() if isinstance(given, Normal)]
-    cut = f"; values of {' and '.join(normal)} beyond the interval count as outside" if normal else ""
-    statement = (
+    endless = [name for name, given in random.items() if isinstance(given, Normal | Lognormal)]
+    cut = f"; values of {' and '.join(endless)} beyond the interval count as outside" if endless else ""
+    return (
         f"At each instant the output is between the bounds with a probability of at least {asked:g} over "
         f"{' and '.join(random)}{whatever}; estimated with {count} draws from the fitted polynomial and "
         f"widened by its error, all random parameters independent{cut}."
     )
-    return lower, upper, statement
 
 
-def _drawn(surrogate: Surrogate, random: Mapping[str, Normal | Uniform], draws: int, rng: Generator) -> Array:
+def _share_inside(one: Distribution, side: Interval) -> float:
+    """Probability of an interval [-]."""
+    # Exactly 1 where it holds the whole range, however its ends round.
+    return one.cdf(side.upper) - one.cdf(side.lower) if isinstance(one, Normal | Lognormal) else 1.0
+
+
+def _drawn(surrogate: Surrogate, random: Mapping[str, Distribution], draws: int, rng: Generator) -> Array:
     """Basis of the random parameters at each draw, shape (draws, terms)."""
     names = list(surrogate.intervals)
     weights = np.ones((draws, 1))
@@ -245,14 +151,14 @@ def _drawn(surrogate: Surrogate, random: Mapping[str, Normal | Uniform], draws: 
         side = surrogate.intervals[name]
         # Latin hypercube: one draw in each of `draws` equally probable strata of every parameter.
         shares = (rng.permutation(draws) + rng.random(draws)) / draws
-        x = (random[name].inside(side, shares) - side.midpoint) / side.half_width
+        x = (inside(random[name], side, shares) - side.midpoint) / side.half_width
         basis = np.cos(np.arange(surrogate.degrees[axis] + 1) * np.arccos(np.clip(x, -1.0, 1.0))[:, None])
         weights = (weights[:, :, None] * basis[:, None, :]).reshape(draws, -1)
     return weights
 
 
 def _worst_of_draws(
-    surrogate: Surrogate, random: Mapping[str, Normal | Uniform], weights: Array, block: slice
+    surrogate: Surrogate, random: Mapping[str, Distribution], weights: Array, block: slice
 ) -> tuple[Array, Array]:
     """Lowest and highest value over the interval parameters for each draw, shape (draws, instants)."""
     names = list(surrogate.intervals)

@@ -66,9 +66,9 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
         Parameters of the runs [SI units], shape (runs, parameters).
     random : bool
         Whether the runs are spread at random over the box, so that statements on a further run are possible.
-    normal : tuple[str, ...]
-        Parameters that were given as normal distributions; their values in the runs are uniformly
-        distributed.
+    uneven : tuple[str, ...]
+        Parameters that were given with another distribution than a uniform one; their values in the runs are
+        uniformly distributed.
     units : tuple[str, ...]
         SI unit of each feature, empty where it is not known; empty if none is.
     failed : int
@@ -85,7 +85,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
     intervals: dict[str, Interval]
     parameters: Array
     random: bool
-    normal: tuple[str, ...] = ()
+    uneven: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
     failed: int = 0
     finished: bool = False
@@ -103,7 +103,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
             intervals,
             arrays["parameters"],
             facts["random"],
-            tuple(facts.get("normal", ())),
+            tuple(facts.get("uneven", ())),
             tuple(facts.get("feature_units", ())),
             sum(one["reason"] != "not_begun" for one in facts.get("failures", ())),
             facts.get("finished", False),
@@ -145,7 +145,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
             intervals=self.intervals,
             parameters=self.parameters,
             random=self.random,
-            normal=self.normal,
+            uneven=self.uneven,
             unit=self.units[index] if self.units else "",
             failed=self.failed,
             finished=self.finished,
@@ -175,8 +175,8 @@ class FeatureResult(records.ArrayRecord):
         Parameters of the runs [SI units], shape (runs, parameters).
     random : bool
         Whether the runs are spread at random over the box.
-    normal : tuple[str, ...]
-        Parameters that were given as normal distributions; effects take them as uniform.
+    uneven : tuple[str, ...]
+        Parameters that were given with another distribution than a uniform one; effects take them as uniform.
     unit : str
         SI unit of the feature; empty if it is not known.
     failed : int
@@ -193,7 +193,7 @@ class FeatureResult(records.ArrayRecord):
     intervals: dict[str, Interval]
     parameters: Array
     random: bool
-    normal: tuple[str, ...] = ()
+    uneven: tuple[str, ...] = ()
     unit: str = ""
     failed: int = 0
     finished: bool = False
@@ -267,8 +267,8 @@ class FeatureResult(records.ArrayRecord):
         Raises
         ------
         ValueError
-            If a share is out of range, the runs are not spread at random, or a parameter was given as a
-            normal distribution.
+            If a share is out of range, the runs are not spread at random, or a parameter was given with
+            another distribution than a uniform one.
         """
         try:
             given = np.asarray(shares, dtype=float)
@@ -278,10 +278,10 @@ class FeatureResult(records.ArrayRecord):
             raise ArgumentError(f"shares must be from 0 to 1, one or a list of them, got {shares!r}")
         if not self.random:
             raise ArgumentError("runs on a grid, or with some, have no quantiles: use Study.sample")
-        if self.normal:
+        if self.uneven:
             raise ArgumentError(
-                f"the runs spread {', '.join(self.normal)} evenly over three standard deviations: "
-                "their quantiles are not those of a normal distribution. Draw them yourself, Study.from_runs"
+                f"the runs spread {', '.join(self.uneven)} evenly over their intervals: quantiles are not "
+                "those of their distributions. Ask conformance, or draw them yourself, Study.from_runs"
             )
         return np.asarray(np.quantile(self.values, given))
 
@@ -309,7 +309,7 @@ class FeatureResult(records.ArrayRecord):
             tuple(rows),
             effects.interactions,
             effects.scatter,
-            self.normal,
+            self.uneven,
             share,
             self._leaves_out,
         )

@@ -70,8 +70,8 @@ class Ranking:
         Share of the variance of parameters together [-].
     scatter : Estimate
         Share of the variance that no parameter explains [-].
-    normal : tuple[str, ...]
-        Parameters that were given as normal distributions and are taken as uniform over their intervals.
+    uneven : tuple[str, ...]
+        Parameters that were given with another distribution and are taken as uniform over their intervals.
     failed : float
         Share of the runs that failed [-].
     extrapolated : bool
@@ -82,7 +82,7 @@ class Ranking:
     rows: tuple[Rank, ...]
     interactions: Estimate
     scatter: Estimate
-    normal: tuple[str, ...] = ()
+    uneven: tuple[str, ...] = ()
     failed: float = 0.0
     extrapolated: bool = False
 
@@ -127,8 +127,8 @@ class Ranking:
     def reservations(self) -> tuple[str, ...]:
         """What the table assumes or does not know, a sentence for each."""
         told = []
-        if self.normal:
-            told.append(f"{', '.join(self.normal)}: taken as uniform over three standard deviations")
+        if self.uneven:
+            told.append(f"{', '.join(self.uneven)}: taken as uniform over the interval")
         if self.failed:
             told.append(
                 f"{100.0 * self.failed:.2g} % of the runs failed: where they did the others are "

@@ -100,7 +100,7 @@ def facts_of(result: StudyResult) -> dict[str, Any]:
         facts |= {
             "features": result.features.names,
             "random": result.features.random,
-            "normal": result.features.normal,
+            "uneven": result.features.uneven,
             "feature_units": result.features.units,
             "finished": result.features.finished,
         }

@@ -12,9 +12,9 @@ import numpy as np
 from ...report.document import Listing
 from ...run.features import Feature
 from ...run.report import settings_in_script
+from ...scene.distributions import Distribution
 from ...scene.motions import Motion, Speed
 from ...scene.schema import Part
-from ..band.hybrid import Normal, Uniform
 
 if TYPE_CHECKING:
     from ...run.settings import Settings
@@ -135,7 +135,7 @@ def _parameters(result: StudyResult) -> dict[str, Any]:
 
 def _written(given: Any) -> str:
     """A parameter as the script has it."""
-    if isinstance(given, Normal | Uniform):
+    if isinstance(given, Distribution):
         values = ", ".join(repr(value) for value in dataclasses.astuple(given))
         return f"cc.{type(given).__name__.lower()}({values})"
     return f"cc.{given!r}"

@@ -32,18 +32,16 @@ Array = NDArray[np.float64]
 _MOST_LINES = 20
 # Most warnings that are given in full; a sentence each.
 _MOST_WARNINGS = 3
-# What the interval of a normal distribution is.
-_OF_NORMAL = " (normal: three standard deviations each way, taken as an interval)"
 
 
 def summary(result: StudyResult) -> str:
     """The text of a `StudyResult`."""
     sides = list(result.intervals.items())
-    normal = () if result.spec is None else result.spec.normal
+    random = {} if result.spec is None else result.spec.random
     lines = [_head(result)]
     for name, side in sides[:_MOST_LINES]:
         unit = f" {result.units[name]}" if result.units.get(name, "-") != "-" else ""
-        spread = _OF_NORMAL if name in normal else ""
+        spread = f" ({type(random[name]).__name__.lower()}, taken as an interval)" if name in random else ""
         lines.append(f"  {name}: {_ends(side)}{unit}{spread}")
     lines += [f"  and {len(sides) - _MOST_LINES} more parameters"] * (len(sides) > _MOST_LINES)
     bands = list(result.bands.values())

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.random import default_rng
 from numpy.typing import NDArray
 
+from ...scene.distributions import Distribution
 from ...scene.scene import Interval
-from ..band.hybrid import Normal, Uniform
 
 Array = NDArray[np.float64]
 
 
 def drawn(
-    parameters: Mapping[str, Interval | Normal | Uniform], names: Sequence[str], runs: int, seed: int
+    parameters: Mapping[str, Interval | Distribution], names: Sequence[str], runs: int, seed: int
 ) -> Array:
     """Values of the random parameters, NaN for the others, shape (runs, parameters).
 
@@ -26,14 +26,12 @@ def drawn(
     points = np.full((runs, len(parameters)), np.nan)
     for column, (name, one) in enumerate(parameters.items()):
         stream = default_rng([seed, names.index(name)])
-        if isinstance(one, Normal):
-            points[:, column] = one.mean + one.standard_deviation * stream.standard_normal(runs)
-        elif isinstance(one, Uniform):
-            points[:, column] = one.lower + (one.upper - one.lower) * stream.random(runs)
+        if not isinstance(one, Interval):
+            points[:, column] = one.drawn(stream, runs)
     return points
 
 
-def corners(parameters: Mapping[str, Interval | Normal | Uniform]) -> list[dict[str, float]]:
+def corners(parameters: Mapping[str, Interval | Distribution]) -> list[dict[str, float]]:
     """Values of the parameters that are only known as intervals: their nominal ones, then all corners."""
     sides = {name: one for name, one in parameters.items() if isinstance(one, Interval)}
     nominal = {name: side.nominal for name, side in sides.items()}

@@ -14,6 +14,7 @@ from ...scene.functions import Expression
 from ...scene.scene import Scene
 from ...scene.schema import Part, descriptions
 from ..expressions import CONSTANTS, FUNCTIONS
+from ..parameters import DISTRIBUTIONS
 from ..reader import FORMAT
 from ..run_table import UNITS
 from .json_schema import PARAMETER, REQUIREMENT, accepted_words, summary
@@ -190,7 +191,7 @@ def _parameters() -> FieldTable:
         f"functions {functions}; angles are in rad."
     )
     forms = {"limits": "[lower, upper]", "fit": "text", "unit": "text", "note": "text"}
-    forms["distribution"] = '"normal", "uniform"'
+    forms["distribution"] = ", ".join(f'"{one}"' for one in DISTRIBUTIONS)
     rows = [
         FieldRow(
             f"NAME.{name}",

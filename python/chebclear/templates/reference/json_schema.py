@@ -16,6 +16,7 @@ from ...run.features import KINDS
 from ...run.settings import METHODS
 from ...scene.scene import Scene
 from ...scene.schema import Part, descriptions
+from ..parameters import DISTRIBUTIONS
 from ..reader import FORMAT
 from ..run_table import UNITS
 
@@ -117,8 +118,8 @@ PARAMETER: dict[str, Any] = {
         },
         "distribution": {
             "description": "how often the values in the interval occur: normal has three standard deviations "
-            "to either side",
-            "enum": ["normal", "uniform"],
+            "to either side, lognormal those of its logarithm; triangular has its mode at the nominal value",
+            "enum": list(DISTRIBUTIONS),
         },
         "unit": {"description": "unit for tables and pictures", **_TEXT},
         "note": {"description": "what it is, or where its value comes from", **_TEXT},
