@@ -139,7 +139,10 @@ def test_it_goes_to_another_process():
 def test_variance_shares_by_scipy(own):
     first, total = closed_shares()
     found = stats.sobol_indices(
-        func=lambda x: own(x.T)[None], n=4096, dists=[stats.uniform(-math.pi, 2.0 * math.pi)] * 3, rng=1
+        func=lambda x: own(x.T)[None],
+        n=4096,
+        dists=[stats.uniform(-math.pi, 2.0 * math.pi)] * 3,
+        random_state=1,
     )
     # Scatter of the estimate with 4096 points is about 0.01.
     assert np.allclose(found.first_order.squeeze(), first, atol=0.05)
