@@ -34,7 +34,17 @@ class NotFiniteError(ChebclearError, ValueError):
 
 
 class AllFailedError(Exception):
-    """All runs failed though all may; its cause is the error of the first."""
+    """All runs failed though all may.
+
+    Attributes
+    ----------
+    first : Exception
+        The error of the first one.
+    """
+
+    def __init__(self, first: Exception) -> None:
+        super().__init__(str(first))
+        self.first = first
 
 
 @dataclass(frozen=True)
@@ -127,12 +137,10 @@ def run_to_raise(
 def error_to_raise(
     error: Exception, failed: Mapping[int, End], runs: int, execution: ExecutionOptions
 ) -> Exception:
-    """The error of the run that must be raised; `AllFailedError` with this cause if all may fail and did."""
+    """The error of the run that must be raised; `AllFailedError` if all may fail and did."""
     if execution.on_failure == "raise" or execution.most_failed < 1.0 or len(failed) < runs:
         return error
-    all_failed = AllFailedError()
-    all_failed.__cause__ = error
-    return all_failed
+    return AllFailedError(error)
 
 
 def failure_notices(failures: Sequence[FailedRun], runs: int) -> tuple[Notice, ...]:

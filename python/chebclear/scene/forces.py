@@ -12,6 +12,17 @@ from .schema import Part, Vector
 LOADS = (Polynomial, Harmonic, Table, Expression)
 
 
+class Loaded(Part):
+    """A part in which a text in the place of a load is an `Expression`."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        values = vars(self)
+        for name in self._choices:
+            if isinstance(values[name], str):
+                values[name] = Expression(values[name])
+
+
 @dataclass(frozen=True)
 class Gravity(Part):
     """Uniform gravity.
@@ -28,7 +39,7 @@ class Gravity(Part):
 
 
 @dataclass(frozen=True)
-class Spring(Part):
+class Spring(Loaded):
     """A spring and a damper in parallel between two points.
 
     Its tension is stiffness (distance - length) + damping (rate of the distance) + `tension`.
@@ -61,13 +72,9 @@ class Spring(Part):
     damping: float = field(default=0.0, metadata=unit("N s/m"))
     tension: float | Load = field(default=0.0, metadata=unit("N"))
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        read_texts(self)
-
 
 @dataclass(frozen=True)
-class Damper(Part):
+class Damper(Loaded):
     """A damper between two points, along the line through them.
 
     Parameters
@@ -90,10 +97,6 @@ class Damper(Part):
     b: str
     damping: float = field(metadata=unit("N s/m"))
     tension: float | Load = field(default=0.0, metadata=unit("N"))
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        read_texts(self)
 
 
 @dataclass(frozen=True)
@@ -184,7 +187,7 @@ class TorsionDamper(Part):
 
 
 @dataclass(frozen=True)
-class Force(Part):
+class Force(Loaded):
     """A force at a point, a function of time or of the motion.
 
     Parameters
@@ -208,13 +211,9 @@ class Force(Part):
     y: float | Load = field(metadata=unit("N"))
     frame: str = "ground"
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        read_texts(self)
-
 
 @dataclass(frozen=True)
-class Torque(Part):
+class Torque(Loaded):
     """A torque on a body, a function of time or of the motion.
 
     Parameters
@@ -236,15 +235,3 @@ class Torque(Part):
     body: str
     torque: float | Load = field(metadata=unit("N m"))
     reaction: str = "ground"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        read_texts(self)
-
-
-def read_texts(part: Part) -> None:
-    """Makes expressions of the texts in the place of loads."""
-    values = vars(part)
-    for name in part._choices:
-        if isinstance(values[name], str):
-            values[name] = Expression(values[name])

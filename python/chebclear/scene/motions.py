@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from ..base.units import unit
-from .forces import LOADS, read_texts
+from .forces import LOADS, Loaded
 from .functions import Load
 from .schema import Part, Vector
 
@@ -36,7 +36,7 @@ class Speed(Part):
 
 
 @dataclass(frozen=True)
-class Motion(Part):
+class Motion(Loaded):
     """A revolute or prismatic joint whose coordinate is a given function of time.
 
     The mechanism starts with the value and the speed of the function at time zero: ``Harmonic`` and
@@ -60,10 +60,6 @@ class Motion(Part):
     name: str
     joint: str
     motion: float | Load = field(metadata=unit("rad or m"))
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        read_texts(self)
 
 
 @dataclass(frozen=True)

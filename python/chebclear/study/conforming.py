@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks, meant_or_known
 from ..errors import ArgumentError, ArgumentTypeError
 from ..execution.failures import AllFailedError
-from ..run.features import Feature, lowest, peak
+from ..run.features import lowest, peak
 from ..run.notices import Notice, issue
 from ..run.settings import Settings
 from ..scene.columns import column_unit
 from ..scene.scene import Interval
-from .features.features import FeatureSpec, tracked_features
+from .features.features import FeatureSpec, outputs_of, tracked_features
 from .requirements.conformance import Conformance, Share, share_of
 from .requirements.draws import corners, drawn
 from .requirements.specification import Specification, checked_specifications
@@ -121,8 +121,7 @@ def conformance(
             try:
                 made = watching.made(points, watching.settings, midpoint=False)
             except AllFailedError as error:
-                assert error.__cause__ is not None
-                raise error.__cause__ from None
+                raise error.first from None
             notices = {(notice.code, notice.about): notice for notice in made.notices} | notices
             for index, (name, one) in enumerate(asked.items()):
                 more = _extremes(made, name, one, watched[name], len(points))
@@ -244,8 +243,7 @@ def _watching(runner: Runner, asked: dict[str, Specification]) -> tuple[Runner, 
     checks.finish()
     if settings is not None:
         core = tracked_features(features.values())
-        # A feature of the user's own may look at any output.
-        kept = [] if all(isinstance(one, Feature) for one in features.values()) else settings.outputs
+        kept = outputs_of(features, settings)
         outputs = None if kept is None else tuple(dict.fromkeys([*kept, *sampled]))
         settings = replace(settings, features=core, outputs=outputs)
     # A mechanism that fails counts as outside, however many do.

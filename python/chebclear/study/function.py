@@ -13,9 +13,8 @@ from ..base.arguments import Checks, meant_or_known
 from ..base.shown import listed
 from ..errors import ArgumentError
 from ..execution.failures import FAILED, AllFailedError
-from ..run.features import Feature
 from ..run.notices import Notice, issue
-from .features.features import FeatureSpec
+from .features.features import FeatureSpec, outputs_of
 from .runner import Runner
 from .sources.finished import FinishedRuns
 from .sources.scenes import MOST_RUNS
@@ -111,7 +110,7 @@ class StudyFunction:
         try:
             runs = self._runner.made(points, self._runner.settings, midpoint=False)
         except AllFailedError as error:
-            first = str(error.__cause__)
+            first = str(error.first)
         else:
             assert runs.features is not None
             columns = [runs.feature_names.index(name) for name in self.features]
@@ -144,15 +143,14 @@ def function_of(runner: Runner, features: str | Sequence[str] | None) -> StudyFu
         chosen: Mapping[str, FeatureSpec] = every
         if asked is not None and all(name in every for name in asked):
             chosen = {name: every[name] for name in asked}
-        # A feature of the user's own may look at any output.
-        outputs = () if all(isinstance(one, Feature) for one in chosen.values()) else settings.outputs
-        runner = replace(runner, features=dict(chosen), settings=replace(settings, outputs=outputs))
+        settings = replace(settings, outputs=outputs_of(chosen, settings))
+        runner = replace(runner, features=dict(chosen), settings=settings)
     runner = replace(runner, execution=replace(runner.execution, most_failed=1.0), progress=None)
     nominal = np.array([[side.nominal for side in runner.intervals.values()]])
     checks = Checks()
     if settings is not None and not every:
         checks.add("the study has no features: it needs at least one")
-    cycles = runner.spec.cycles if settings is None else settings.cycles
+    cycles = runner.spec.cycles
     if cycles > 1:
         checks.add(f"a function has one value for each run; this study has {cycles} cycles: leave them out")
     checks.finish()
@@ -160,8 +158,7 @@ def function_of(runner: Runner, features: str | Sequence[str] | None) -> StudyFu
     try:
         known = runner.made(nominal, runner.settings, midpoint=False).feature_names
     except AllFailedError as error:
-        assert error.__cause__ is not None
-        raise error.__cause__ from None
+        raise error.first from None
     asked = list(known) if asked is None else asked
     if not asked:
         checks.add("features: at least one is needed; the model returned no numbers")

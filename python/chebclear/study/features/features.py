@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -360,6 +360,11 @@ def tracked_features(asked: Iterable[FeatureSpec]) -> tuple[Feature, ...]:
     known = [feature for feature in asked if isinstance(feature, Feature)]
     known += [Feature(time, feature.of) for feature in known for time in _TIMES.get(feature.kind, ())]
     return tuple(dict.fromkeys(known))
+
+
+def outputs_of(asked: Mapping[str, FeatureSpec], settings: Settings) -> Sequence[str] | None:
+    """Outputs that features need of the runs: none, or all, at which functions of the user's own may look."""
+    return () if all(isinstance(one, Feature) for one in asked.values()) else settings.outputs
 
 
 def feature_values(
