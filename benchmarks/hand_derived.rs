@@ -8,9 +8,9 @@ mod support;
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use chebclear::contact::clearance::SlidingVelocity;
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::Damping;
+use chebclear::contact::pair::SlidingVelocity;
 use chebclear::integrators::Status;
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P, Tableau};
 use chebclear::mechanism::compiled::Mechanism;

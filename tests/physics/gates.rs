@@ -1,9 +1,9 @@
 //! Promises of the integrator that belong to no single part of it. The number in a name is that of the
 //! row in docs/reliability.md, here and wherever else a test is called `gate_...`.
 
-use chebclear::contact::clearance::SlidingVelocity;
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::{Damping, NormalLaw};
+use chebclear::contact::pair::SlidingVelocity;
 use chebclear::integrators::Status;
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P};
 use chebclear::run::settings::{Method, Settings};

@@ -1,8 +1,8 @@
 //! Scenes and helpers shared by the tests.
 
-use chebclear::contact::clearance::SlidingVelocity;
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::{Damping, NormalLaw};
+use chebclear::contact::pair::SlidingVelocity;
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::scene::parts::{Body, CENTER_OF_MASS, Drive, Joint, JointKind, Point, Scene};
 

@@ -1,36 +1,47 @@
-//! Clearance joints: relative motion of journal and bearing, and the contact forces.
+//! Contact slots: relative motion of the two surfaces, and the contact forces.
 
 use super::Dynamics;
-use crate::contact::clearance::{ContactState, Phase, RelativeMotion};
 use crate::contact::normal::Latch;
-use crate::tree::elements::ClearanceJoint;
-use crate::tree::kinematics::{PointState, Vec2};
+use crate::contact::pair::{ContactState, Phase, RelativeMotion, Surfaces};
+use crate::tree::elements::{ContactSlot, FramePoint};
+use crate::tree::kinematics::{PointState, Vec2, perp, rotated};
 
-/// Journal center seen from the bearing center.
+/// Second point of a slot seen from the first: in a bearing in the axes of the world, at a face from the first body, in
+/// its axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JointMotion {
-    /// Eccentricity e [m].
+pub struct SlotMotion {
+    /// Vector e from the first point to the second [m].
     pub eccentricity: Vec2,
     /// ė [m/s].
     pub rate: Vec2,
     /// ë [m/s²].
     pub acceleration: Vec2,
-    /// Rolling velocity ω_J R_J - ω_B R_B [m/s].
+    /// Rolling velocity [m/s], see [`RelativeMotion`].
     pub spin: f64,
 }
 
-/// The contact of a clearance joint in a state.
+/// The contact of a slot in a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JointContact {
-    /// Relative motion of journal and bearing.
+pub struct SlotContact {
+    /// Relative motion of the two surfaces.
     pub motion: RelativeMotion<f64>,
     /// Penetration, velocities and forces.
     pub state: ContactState<f64>,
 }
 
-impl JointContact {
+/// A force on the second body of a slot, with its reaction on the first.
+pub(super) struct PairForce {
+    /// Where the two act [m].
+    pub(super) positions: [Vec2; 2],
+    /// The force in the world frame [N].
+    pub(super) force: Vec2,
+    /// Moments on the second body and, reversed, on the first [N m]: of the first, then of the second.
+    pub(super) moments: [f64; 2],
+}
+
+impl SlotContact {
     /// The value before the first evaluation.
-    pub(super) const UNKNOWN: JointContact = JointContact {
+    pub(super) const UNKNOWN: SlotContact = SlotContact {
         motion: RelativeMotion { eccentricity: [f64::NAN; 2], rate: [f64::NAN; 2], spin: f64::NAN },
         state: ContactState {
             penetration: f64::NAN,
@@ -44,100 +55,151 @@ impl JointContact {
 }
 
 impl Dynamics<'_> {
-    /// Centers of journal and bearing of a clearance joint, after [`Dynamics::move_to`].
+    /// The two points of a slot, after [`Dynamics::move_to`].
     #[inline(always)]
-    pub fn joint_ends(&self, joint: &ClearanceJoint) -> [PointState; 2] {
-        [self.point(joint.journal), self.point(joint.bearing)]
+    pub fn slot_ends(&self, slot: &ContactSlot) -> [PointState; 2] {
+        slot.points.map(|point| self.point(point))
     }
 
-    /// Relative motion in a clearance joint after [`Dynamics::move_to`].
+    /// Relative motion in a slot after [`Dynamics::move_to`].
     #[inline(always)]
-    pub fn joint_motion(&self, joint: &ClearanceJoint) -> JointMotion {
-        let [journal, bearing] = self.joint_ends(joint);
-        JointMotion {
-            eccentricity: journal.position - bearing.position,
-            rate: journal.velocity - bearing.velocity,
-            acceleration: journal.acceleration - bearing.acceleration,
-            spin: self.spin(joint),
+    pub fn slot_motion(&self, slot: &ContactSlot) -> SlotMotion {
+        let [a, b] = self.slot_ends(slot);
+        let e = b.position - a.position;
+        let (rate, acceleration) = (b.velocity - a.velocity, b.acceleration - a.acceleration);
+        let spin = self.spin(slot);
+        if let Surfaces::Face { .. } = slot.law.surfaces {
+            let frame = &self.states[slot.points[0].frame];
+            let turning = frame.angular_velocity;
+            let rate = rate - turning * perp(e);
+            // Less what a point at rest in the turning body has, and Coriolis's part.
+            let acceleration = acceleration - frame.angular_acceleration * perp(e) + turning * turning * e
+                - 2.0 * turning * perp(rate);
+            let [eccentricity, rate, acceleration] =
+                [e, rate, acceleration].map(|vector| rotated(vector, frame.cosine, -frame.sine));
+            return SlotMotion { eccentricity, rate, acceleration, spin };
         }
+        SlotMotion { eccentricity: e, rate, acceleration, spin }
     }
 
     /// The same without accelerations, as the contact law needs it.
     #[inline(always)]
-    pub(super) fn contact_motion(&self, joint: &ClearanceJoint) -> RelativeMotion<f64> {
-        self.motion_between(joint, &self.joint_ends(joint))
+    pub(super) fn contact_motion(&self, slot: &ContactSlot) -> RelativeMotion<f64> {
+        self.motion_between(slot, &self.slot_ends(slot))
     }
 
     #[inline(always)]
-    fn motion_between(
-        &self,
-        joint: &ClearanceJoint,
-        [journal, bearing]: &[PointState; 2],
-    ) -> RelativeMotion<f64> {
-        RelativeMotion {
-            eccentricity: (journal.position - bearing.position).into(),
-            rate: (journal.velocity - bearing.velocity).into(),
-            spin: self.spin(joint),
+    fn motion_between(&self, slot: &ContactSlot, [a, b]: &[PointState; 2]) -> RelativeMotion<f64> {
+        let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
+        let spin = self.spin(slot);
+        if let Surfaces::Face { .. } = slot.law.surfaces {
+            let frame = &self.states[slot.points[0].frame];
+            let rate = rate - frame.angular_velocity * perp(e);
+            let [e, rate] = [e, rate].map(|vector| rotated(vector, frame.cosine, -frame.sine));
+            return RelativeMotion { eccentricity: e.into(), rate: rate.into(), spin };
         }
+        RelativeMotion { eccentricity: e.into(), rate: rate.into(), spin }
     }
 
     #[inline]
-    fn spin(&self, joint: &ClearanceJoint) -> f64 {
-        self.states[joint.journal.frame].angular_velocity * joint.law.journal_radius
-            - self.states[joint.bearing.frame].angular_velocity * joint.law.bearing_radius
+    fn spin(&self, slot: &ContactSlot) -> f64 {
+        let [radius_a, radius_b] = match slot.law.surfaces {
+            Surfaces::Bearing { bearing_radius, journal_radius } => [bearing_radius, journal_radius],
+            Surfaces::Face { radius, .. } => [radius, radius],
+        };
+        self.states[slot.points[1].frame].angular_velocity * radius_b
+            - self.states[slot.points[0].frame].angular_velocity * radius_a
     }
 
-    /// Evaluates the contact of every clearance joint, once for all outputs, after [`Dynamics::move_to`].
+    /// A vector in the axes of the relative motion of a slot, in the world frame.
+    #[inline(always)]
+    fn slot_to_world(&self, slot: &ContactSlot, vector: Vec2) -> Vec2 {
+        match slot.law.surfaces {
+            Surfaces::Bearing { .. } => vector,
+            Surfaces::Face { .. } => self.states[slot.points[0].frame].to_world(vector),
+        }
+    }
+
+    /// The force of a contact as it acts on the two bodies: that of a bearing at the two centers, that of a face on both
+    /// where the surfaces touch, so that it makes no moment of its own.
+    #[inline(always)]
+    pub(super) fn pair_force(&self, slot: &ContactSlot, state: &ContactState<f64>) -> PairForce {
+        let force = self.slot_to_world(slot, state.force.into());
+        let [a, b] = slot.points.map(|point| self.point(point).position);
+        match slot.law.surfaces {
+            Surfaces::Bearing { bearing_radius, journal_radius } => PairForce {
+                positions: [a, b],
+                force,
+                moments: [bearing_radius * state.friction_force, journal_radius * state.friction_force],
+            },
+            Surfaces::Face { normal, radius, .. } => {
+                let touching = b + self.slot_to_world(slot, radius * Vec2::from(normal));
+                PairForce { positions: [touching; 2], force, moments: [0.0; 2] }
+            }
+        }
+    }
+
+    /// The points of the two bodies that touch, or would touch, in a slot: between them the effective mass is asked for.
+    pub fn touching_points(&self, slot: &ContactSlot) -> [FramePoint; 2] {
+        let [a, b] = slot.points;
+        match slot.law.surfaces {
+            Surfaces::Bearing { .. } => [a, b],
+            Surfaces::Face { normal, radius, .. } => {
+                let place = self.point(b).position + self.slot_to_world(slot, radius * Vec2::from(normal));
+                [a, b].map(|point| {
+                    let frame = &self.states[point.frame];
+                    let offset = rotated(place - frame.position, frame.cosine, -frame.sine);
+                    FramePoint { frame: point.frame, offset }
+                })
+            }
+        }
+    }
+
+    /// Unit vector in the world frame along which the surfaces of a slot approach, after [`Dynamics::move_to`]; NaN in a
+    /// concentric joint.
+    pub fn slot_normal(&self, slot: &ContactSlot) -> Vec2 {
+        match slot.law.surfaces {
+            Surfaces::Bearing { .. } => Vec2::from(self.contact_motion(slot).eccentricity).normalize(),
+            Surfaces::Face { normal, .. } => self.slot_to_world(slot, normal.into()),
+        }
+    }
+
+    /// Evaluates the contact of every slot, once for all outputs, after [`Dynamics::move_to`].
     pub fn find_contacts(&mut self) {
-        for (index, joint) in self.tree.clearance_joints.iter().enumerate() {
-            self.contacts[index] = self.contact_of(joint, self.phases[index]);
+        for (index, slot) in self.tree.slots.iter().enumerate() {
+            self.contacts[index] = self.contact_of(slot, self.phases[index]);
         }
     }
 
     #[inline(always)]
-    pub(super) fn contact_of(&self, joint: &ClearanceJoint, phase: Phase) -> JointContact {
-        let motion = self.contact_motion(joint);
-        JointContact { motion, state: joint.law.evaluate(&motion, phase) }
+    pub(super) fn contact_of(&self, slot: &ContactSlot, phase: Phase) -> SlotContact {
+        let motion = self.contact_motion(slot);
+        SlotContact { motion, state: slot.law.evaluate(&motion, phase) }
     }
 
-    /// The contact of a clearance joint, after [`Dynamics::find_contacts`].
-    pub fn contact(&self, index: usize) -> &JointContact {
+    /// The contact of a slot, after [`Dynamics::find_contacts`].
+    pub fn contact(&self, index: usize) -> &SlotContact {
         &self.contacts[index]
     }
 
-    /// State of the contact of one clearance joint, after [`Dynamics::move_to`].
+    /// State of the contact of one slot, after [`Dynamics::move_to`].
     pub fn contact_state(&self, index: usize) -> ContactState<f64> {
-        let joint = &self.tree.clearance_joints[index];
-        joint.law.evaluate(&self.contact_motion(joint), self.phases[index])
+        self.contact_of(&self.tree.slots[index], self.phases[index]).state
     }
 
-    /// The same without its forces, for those who ask only how the surfaces move between the ends of the joint.
+    /// The same without its forces, for those who ask only how the surfaces move between the ends of the slot.
     #[inline(always)]
-    pub fn contact_without_forces(
-        &self,
-        joint: &ClearanceJoint,
-        ends: &[PointState; 2],
-    ) -> ContactState<f64> {
-        joint.law.without_forces(&self.motion_between(joint, ends))
+    pub fn contact_without_forces(&self, slot: &ContactSlot, ends: &[PointState; 2]) -> ContactState<f64> {
+        slot.law.without_forces(&self.motion_between(slot, ends))
     }
 
     /// Adds the generalized force of a contact, which it returns.
     // Inlined for the reason given at `add_pair`.
     #[inline(always)]
-    pub(super) fn add_contact(
-        &self,
-        joint: &ClearanceJoint,
-        phase: Phase,
-        forces: &mut [f64],
-    ) -> JointContact {
-        let contact = self.contact_of(joint, phase);
-        let JointContact { state, .. } = &contact;
-        let moments = [
-            joint.law.bearing_radius * state.friction_force,
-            joint.law.journal_radius * state.friction_force,
-        ];
-        let positions = [self.point(joint.bearing).position, self.point(joint.journal).position];
-        self.add_pair([joint.bearing, joint.journal], positions, state.force.into(), moments, forces);
+    pub(super) fn add_contact(&self, slot: &ContactSlot, phase: Phase, forces: &mut [f64]) -> SlotContact {
+        let contact = self.contact_of(slot, phase);
+        let PairForce { positions, force, moments } = self.pair_force(slot, &contact.state);
+        self.add_pair(slot.points, positions, force, moments, forces);
         contact
     }
 
@@ -159,8 +221,12 @@ impl Dynamics<'_> {
                     return f64::NAN;
                 }
                 self.accelerate(&a);
-                let motion = self.joint_motion(&self.tree.clearance_joints[index]);
-                motion.acceleration.dot(&motion.eccentricity.normalize())
+                let slot = &self.tree.slots[index];
+                let SlotMotion { eccentricity, acceleration, .. } = self.slot_motion(slot);
+                match slot.law.surfaces {
+                    Surfaces::Bearing { .. } => acceleration.dot(&eccentricity.normalize()),
+                    Surfaces::Face { normal, .. } => acceleration.dot(&Vec2::from(normal)),
+                }
             };
             let (without, with) = (response(true), response(false));
             self.phases[index] = phases[index];
@@ -172,6 +238,6 @@ impl Dynamics<'_> {
 }
 
 /// The motion without accelerations, as the contact law needs it.
-pub fn relative_motion(motion: &JointMotion) -> RelativeMotion<f64> {
+pub fn relative_motion(motion: &SlotMotion) -> RelativeMotion<f64> {
     RelativeMotion { eccentricity: motion.eccentricity.into(), rate: motion.rate.into(), spin: motion.spin }
 }

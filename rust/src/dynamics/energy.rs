@@ -6,8 +6,8 @@
 //!
 //! holds exactly for exact solutions of the equations of motion, whatever the laws.
 
-use super::{Dynamics, JointContact};
-use crate::contact::clearance::{Phase, SlidingVelocity};
+use super::{Dynamics, SlotContact};
+use crate::contact::pair::{Phase, SlidingVelocity};
 
 /// Power dissipated in a clearance joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -65,7 +65,7 @@ impl Dynamics<'_> {
         let penetration = self.contacts[index].state.penetration;
         match self.phases[index] {
             Phase::Free => 0.0,
-            Phase::Contact { .. } => self.tree.clearance_joints[index].law.normal.elastic_energy(penetration),
+            Phase::Contact { .. } => self.tree.slots[index].law.normal.elastic_energy(penetration),
         }
     }
 
@@ -84,8 +84,8 @@ impl Dynamics<'_> {
         if self.phases[index] == Phase::Free {
             return ContactLoss::default();
         }
-        let law = &self.tree.clearance_joints[index].law;
-        let JointContact { motion, state } = &self.contacts[index];
+        let law = &self.tree.slots[index].law;
+        let SlotContact { motion, state } = &self.contacts[index];
         let elastic = law.normal.elastic_force(state.penetration);
         // The physical sliding velocity, whichever convention the friction law uses.
         let sliding = match law.sliding {
@@ -139,7 +139,7 @@ impl Dynamics<'_> {
             body.mass * center.acceleration.dot(&center.velocity)
                 + body.inertia * frame.angular_acceleration * frame.angular_velocity
         });
-        let contacts = self.contacts.iter().map(|JointContact { motion, state }| {
+        let contacts = self.contacts.iter().map(|SlotContact { motion, state }| {
             let [force_x, force_y] = state.force;
             force_x * motion.rate[0] + force_y * motion.rate[1] + state.friction_force * motion.spin
         });

@@ -179,7 +179,7 @@ impl Dynamics<'_> {
                 [Dual::input(e.x, 0), Dual::input(e.y, 1)],
                 [Dual::input(rate.x, 2), Dual::input(rate.y, 3)],
             );
-            self.add_pair_derivatives(link.points, [0.0; 2], [force[0], force[1], Dual::constant(0.0)]);
+            self.add_pair_derivatives(link.points, [], force, []);
         }
         for bushing in &tree.bushings {
             let [e, rate, turning] = self.bushing_motion(bushing);
@@ -189,7 +189,8 @@ impl Dynamics<'_> {
                 [Dual::input(rate.x, 2), Dual::input(rate.y, 3)],
                 Dual::input(-turning.x, 4),
             );
-            self.add_pair_derivatives(bushing.points, [1.0, 0.0], force);
+            let [x, y, moment] = force;
+            self.add_pair_derivatives(bushing.points, [[1.0, 0.0]], [x, y], [moment]);
         }
         for pull in &tree.pulls {
             self.add_pull_derivatives(pull);
@@ -257,7 +258,7 @@ impl Dynamics<'_> {
         let tension = self.load(&pull.tension);
         let (x, y): (Dual<5>, Dual<5>) = (Dual::input(e.x, 0), Dual::input(e.y, 1));
         let inverse = Dual::constant(-tension) / (x * x + y * y).sqrt();
-        self.add_pair_derivatives(link.points, [0.0; 2], [x * inverse, y * inverse, Dual::constant(0.0)]);
+        self.add_pair_derivatives(link.points, [], [x * inverse, y * inverse], []);
         // The change of the tension itself with time.
         let rate = -self.load_rate(&pull.tension) * direction_of(link, e);
         for (point, motion, sign) in [(link.points[1], b, 1.0), (link.points[0], a, -1.0)] {

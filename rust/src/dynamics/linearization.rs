@@ -1,10 +1,10 @@
 //! Exact derivatives of the accelerations with respect to positions, velocities and time.
 
-use crate::contact::clearance::Phase;
+use crate::contact::pair::{Phase, RelativeMotion, Surfaces};
 use crate::dynamics::Dynamics;
 use crate::numerics::dual::Dual;
 use crate::numerics::linear::symmetric_solve;
-use crate::tree::elements::FramePoint;
+use crate::tree::elements::{ContactSlot, FramePoint};
 use crate::tree::kinematics::{Coordinate, Vec2, perp};
 
 /// Derivatives of the accelerations a(t, q, v): row-major d x d matrices and a vector.
@@ -27,11 +27,13 @@ impl Linearization {
     }
 }
 
+/// Derivatives of the relative motion of two points with respect to the coordinate of a column: of the vector between
+/// them, of its rate, and of the angular velocities on which their force depends, each times its radii.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct JointColumn {
+pub(super) struct PairColumn {
     eccentricity: Vec2,
     rate: Vec2,
-    spin: f64,
+    spins: [f64; 2],
 }
 
 impl Dynamics<'_> {
@@ -120,66 +122,109 @@ impl Dynamics<'_> {
     }
 
     fn add_contact_derivatives(&mut self, index: usize) {
-        let joint = &self.tree.clearance_joints[index];
-        let gradient = joint.law.force_gradient(&self.contact_motion(joint), self.phases[index]);
-        if gradient[0].value == 0.0 && gradient[1].value == 0.0 {
-            // δ ≤ 0 by rounding in the contact phase: the derivatives vanish with the force.
-            return;
+        let slot = &self.tree.slots[index];
+        // δ ≤ 0 by rounding in the contact phase: the derivatives vanish with the force.
+        let vanishes = |x: f64, y: f64| x == 0.0 && y == 0.0;
+        match slot.law.surfaces {
+            Surfaces::Bearing { bearing_radius, journal_radius } => {
+                let [x, y, friction] =
+                    slot.law.force_gradient(&self.contact_motion(slot), self.phases[index]);
+                if !vanishes(x.value, y.value) {
+                    self.add_pair_derivatives(
+                        slot.points,
+                        [[bearing_radius, journal_radius]],
+                        [x, y],
+                        [friction],
+                    );
+                }
+            }
+            Surfaces::Face { radius, .. } => {
+                let (force, moments) = self.face_gradient(slot, radius, self.phases[index]);
+                if !vanishes(force[0].value, force[1].value) {
+                    self.add_pair_derivatives(slot.points, [[1.0, 0.0], [0.0, 1.0]], force, moments);
+                }
+            }
         }
-        let law = &joint.law;
-        self.add_pair_derivatives(
-            [joint.bearing, joint.journal],
-            [law.bearing_radius, law.journal_radius],
-            gradient,
-        );
     }
 
-    /// Adds the derivatives of a force on point b, its reaction on point a, and their moments, which
-    /// are the third component times a radius. All three depend on the relative motion of the points.
-    pub(super) fn add_pair_derivatives(
+    /// Force at a face on the second body, in the world frame, with the moment of its reaction about the first point and
+    /// that of the force about the second. Derivatives with respect to e and ė in the world frame, minus the angular
+    /// velocity of the first body, the angular velocity of the second, and minus the angle of the first.
+    fn face_gradient(&self, slot: &ContactSlot, radius: f64, phase: Phase) -> ([Dual<7>; 2], [Dual<7>; 2]) {
+        let [a, b] = self.slot_ends(slot);
+        let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
+        let [first, second] = slot.points.map(|point| &self.states[point.frame]);
+        let e = [Dual::input(e.x, 0), Dual::input(e.y, 1)];
+        let rate = [Dual::input(rate.x, 2), Dual::input(rate.y, 3)];
+        let back = Dual::input(-first.angular_velocity, 4);
+        let spin = (Dual::input(second.angular_velocity, 5) + back) * radius;
+        let turned = |value, rate| Dual { value, gradient: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, rate] };
+        let (cosine, sine) = (turned(first.cosine, first.sine), turned(first.sine, -first.cosine));
+        let in_face = |[x, y]: [Dual<7>; 2]| [cosine * x + sine * y, cosine * y - sine * x];
+        let against = [rate[0] - back * e[1], rate[1] + back * e[0]];
+        let motion = RelativeMotion { eccentricity: in_face(e), rate: in_face(against), spin };
+        let state = slot.law.evaluate(&motion, phase);
+        let [x, y] = state.force;
+        let force = [cosine * x - sine * y, sine * x + cosine * y];
+        let own = state.friction_force * radius;
+        (force, [e[0] * force[1] - e[1] * force[0] + own, own])
+    }
+
+    /// Adds the derivatives of a force on point b, its reaction on point a, and their moments. Each moment belongs to an
+    /// angular velocity: the sum of those of both bodies, each times its radius, b less a. Force and moments depend on the
+    /// vector from a to b, its rate and these angular velocities; with one more lane on the angle whose rate is the first
+    /// of them.
+    pub(super) fn add_pair_derivatives<const N: usize, const M: usize>(
         &mut self,
         [a, b]: [FramePoint; 2],
-        [radius_a, radius_b]: [f64; 2],
-        [force_x, force_y, moment]: [Dual<5>; 3],
+        radii: [[f64; 2]; M],
+        [force_x, force_y]: [Dual<N>; 2],
+        moments: [Dual<N>; M],
     ) {
         let tree = self.tree;
         let columns = self.coordinates.len();
         let force = Vec2::new(force_x.value, force_y.value);
-        let ends = [(b, radius_b, 1.0), (a, radius_a, -1.0)];
+        let ends = [(b, 1, 1.0), (a, 0, -1.0)];
         // Later columns move neither point.
         let last = ends.iter().filter_map(|(point, ..)| tree.paths[point.frame].columns.last()).max();
         let Some(moving) = last.map(|last| last + 1) else { return };
-        self.joint_columns[..moving].fill(JointColumn::default());
-        for (point, radius, sign) in ends {
+        self.pair_columns[..moving].fill(PairColumn::default());
+        for (point, end, sign) in ends {
             let state = self.point(point);
             for &column in &tree.paths[point.frame].columns {
                 let frame = &self.states[column + 1];
-                let entry = &mut self.joint_columns[column];
+                let entry = &mut self.pair_columns[column];
                 entry.eccentricity += sign * frame.column(state.position);
                 entry.rate += sign * frame.velocity_column(state.velocity);
-                entry.spin += sign * frame.rotation * radius;
+                for (spin, radii) in entry.spins.iter_mut().zip(&radii) {
+                    *spin += sign * frame.rotation * radii[end];
+                }
             }
         }
-        // -∂/∂z_k of E_iᵀ F + S_i F_t, first through the force, then through E_i.
+        // -∂/∂z_k of E_iᵀ F + S_iᵀ M, first through the force, then through E_i.
         for k in 0..moving {
-            let by = self.joint_columns[k];
-            if by == JointColumn::default() {
+            let by = self.pair_columns[k];
+            if by == PairColumn::default() {
                 // On another branch of the tree.
                 continue;
             }
             let (fx_q, fx_v) = directional(&force_x, &by);
             let (fy_q, fy_v) = directional(&force_y, &by);
-            let (ft_q, ft_v) = directional(&moment, &by);
+            let turning = moments.each_ref().map(|moment| directional(moment, &by));
             for (i, &column) in tree.free.iter().enumerate() {
                 if column >= moving {
                     break;
                 }
-                let of = &self.joint_columns[column];
+                let of = &self.pair_columns[column];
                 let place = i * columns + k;
-                self.residual_q[place] -=
-                    of.eccentricity.x * fx_q + of.eccentricity.y * fy_q + of.spin * ft_q;
-                self.residual_v[place] -=
-                    of.eccentricity.x * fx_v + of.eccentricity.y * fy_v + of.spin * ft_v;
+                let mut by_position = of.eccentricity.x * fx_q + of.eccentricity.y * fy_q;
+                let mut by_velocity = of.eccentricity.x * fx_v + of.eccentricity.y * fy_v;
+                for (spin, (m_q, m_v)) in of.spins.iter().zip(turning) {
+                    by_position += spin * m_q;
+                    by_velocity += spin * m_v;
+                }
+                self.residual_q[place] -= by_position;
+                self.residual_v[place] -= by_velocity;
             }
         }
         for (point, _, sign) in ends {
@@ -197,11 +242,15 @@ impl Dynamics<'_> {
 
 /// Derivative of a force component with respect to the position and the velocity of a column.
 #[inline]
-fn directional(component: &Dual<5>, by: &JointColumn) -> (f64, f64) {
+fn directional<const N: usize>(component: &Dual<N>, by: &PairColumn) -> (f64, f64) {
     let g = &component.gradient;
-    let by_position =
+    let mut by_position =
         g[0] * by.eccentricity.x + g[1] * by.eccentricity.y + g[2] * by.rate.x + g[3] * by.rate.y;
-    let by_velocity = g[2] * by.eccentricity.x + g[3] * by.eccentricity.y + g[4] * by.spin;
+    let mut by_velocity = g[2] * by.eccentricity.x + g[3] * by.eccentricity.y + g[4] * by.spins[0];
+    if N == 7 {
+        by_velocity += g[5] * by.spins[1];
+        by_position += g[6] * by.spins[0];
+    }
     (by_position, by_velocity)
 }
 

@@ -22,18 +22,18 @@ mod loops;
 mod reactions;
 mod response;
 
-pub use contacts::{JointContact, JointMotion, relative_motion};
+pub use contacts::{SlotContact, SlotMotion, relative_motion};
 pub use energy::ContactLoss;
 use inertia::Composites;
-use linearization::JointColumn;
 pub use linearization::Linearization;
+use linearization::PairColumn;
 pub use loads::{SwitchDistance, Uncertainty};
 pub use loops::Correction;
 use loops::Loops;
 pub use reactions::Wrench;
 pub use response::Accelerance;
 
-use crate::contact::clearance::Phase;
+use crate::contact::pair::Phase;
 use crate::numerics::instant::Instant;
 use crate::numerics::turns::{Turns, with_turns};
 use crate::tree::elements::{FramePoint, Tree};
@@ -41,12 +41,12 @@ use crate::tree::kinematics::{Coordinate, FrameState, PointState, Vec2, frames_a
 use crate::tree::motions::FrameMotions;
 
 /// Kinematics and dynamics of a mechanism in one state: scratch memory and the contact phase of every
-/// clearance joint.
+/// slot.
 #[derive(Clone, Debug)]
 pub struct Dynamics<'m> {
     /// The mechanism as a tree of frames.
     pub tree: &'m Tree,
-    /// Contact phase of every clearance joint.
+    /// Contact phase of every slot.
     pub phases: Vec<Phase>,
     /// State of every switch of the functions of the motion.
     pub switches: Vec<i64>,
@@ -69,13 +69,13 @@ pub struct Dynamics<'m> {
     residual_v: Vec<f64>,
     /// Its derivative with respect to time, followed by that of the relative accelerations of the closures.
     residual_t: Vec<f64>,
-    /// ∂e/∂z, ∂ė/∂z and ∂spin/∂ż of one joint, for every column.
-    joint_columns: Vec<JointColumn>,
+    /// ∂e/∂z, ∂ė/∂z and ∂spin/∂ż of one pair of points, for every column.
+    pair_columns: Vec<PairColumn>,
     loops: Loops,
     scratch: Vec<f64>,
-    /// The contact of every clearance joint, after [`Dynamics::find_contacts`] or
+    /// The contact of every slot, after [`Dynamics::find_contacts`] or
     /// [`Dynamics::acceleration_and_contacts`].
-    contacts: Vec<JointContact>,
+    contacts: Vec<SlotContact>,
     /// Force and moment in every ideal joint, after [`Dynamics::find_reactions`].
     reactions: Vec<Wrench>,
     /// Inertial less applied forces of every body, with those of the bodies it carries: what its joint must
@@ -84,14 +84,14 @@ pub struct Dynamics<'m> {
 }
 
 impl<'m> Dynamics<'m> {
-    /// The mechanism with every clearance joint in free flight.
+    /// The mechanism with every contact in free flight.
     pub fn new(tree: &'m Tree) -> Self {
         let d = tree.degrees_of_freedom();
         let columns = tree.frames.len() - 1;
         let composites = Composites::new(tree);
         Self {
             tree,
-            phases: vec![Phase::Free; tree.clearance_joints.len()],
+            phases: vec![Phase::Free; tree.slots.len()],
             switches: vec![0; tree.switch_count()],
             turns: vec![0.0; columns],
             // NaN equals no instant: the frames have not been moved yet.
@@ -107,10 +107,10 @@ impl<'m> Dynamics<'m> {
             residual_q: vec![0.0; d * columns],
             residual_v: vec![0.0; d * columns],
             residual_t: vec![0.0; d + 2 * tree.closures.len()],
-            joint_columns: vec![JointColumn::default(); columns],
+            pair_columns: vec![PairColumn::default(); columns],
             loops: Loops::new(2 * tree.closures.len(), d, columns),
             scratch: vec![0.0; d],
-            contacts: vec![JointContact::UNKNOWN; tree.clearance_joints.len()],
+            contacts: vec![SlotContact::UNKNOWN; tree.slots.len()],
             reactions: vec![Wrench::default(); tree.ideal_joints.len()],
             demands: vec![Wrench::default(); tree.bodies.len()],
         }
@@ -215,15 +215,15 @@ impl<'m> Dynamics<'m> {
         }
         let d = a.len();
         self.composites.assemble(&self.states, &mut self.mass, a);
-        for (index, joint) in self.tree.clearance_joints.iter().enumerate() {
+        for (index, slot) in self.tree.slots.iter().enumerate() {
             let phase = self.phases[index];
             if let Phase::Contact { clipped: false, .. } = phase {
-                let contact = self.add_contact(joint, phase, a);
+                let contact = self.add_contact(slot, phase, a);
                 if CONTACTS {
                     self.contacts[index] = contact;
                 }
             } else if CONTACTS {
-                self.contacts[index] = self.contact_of(joint, phase);
+                self.contacts[index] = self.contact_of(slot, phase);
             }
         }
         if self.has_forces {

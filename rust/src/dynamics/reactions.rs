@@ -5,7 +5,8 @@
 //! solving for them.
 
 use super::Dynamics;
-use crate::contact::clearance::Phase;
+use super::contacts::PairForce;
+use crate::contact::pair::Phase;
 use crate::tree::elements::Realization;
 use crate::tree::kinematics::Vec2;
 
@@ -64,19 +65,14 @@ impl Dynamics<'_> {
     /// Calls `supply` with every force that acts on a body, except those of the joints of the tree.
     fn each_load(&self, supply: &mut impl FnMut(Option<usize>, Wrench)) {
         let tree = self.tree;
-        for (index, joint) in tree.clearance_joints.iter().enumerate() {
+        for (index, slot) in tree.slots.iter().enumerate() {
             if self.phases[index] == Phase::Free {
                 continue;
             }
-            let state = &self.contacts[index].state;
-            let (force, friction) = (Vec2::from(state.force), state.friction_force);
-            let ends = [
-                (joint.bearing, -1.0, joint.law.bearing_radius),
-                (joint.journal, 1.0, joint.law.journal_radius),
-            ];
-            for ((point, sign, radius), body) in ends.into_iter().zip(joint.bodies) {
-                let position = self.point(point).position;
-                supply(body, Wrench::at(position, sign * force, sign * radius * friction));
+            let PairForce { positions, force, moments } = self.pair_force(slot, &self.contacts[index].state);
+            let ends = positions.into_iter().zip(moments).zip([-1.0, 1.0]);
+            for (((position, moment), sign), body) in ends.zip(slot.bodies) {
+                supply(body, Wrench::at(position, sign * force, sign * moment));
             }
         }
         for link in &tree.links {

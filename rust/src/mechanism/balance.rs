@@ -30,7 +30,7 @@ pub(crate) fn warning_of_equilibrium(
     if !rests || scales.speed == 0.0 {
         return None;
     }
-    let growth = if tree.clearance_joints.is_empty() {
+    let growth = if tree.slots.is_empty() {
         growth(tree, start, scales)?
     } else {
         let scene = without_play(scene);

@@ -58,14 +58,14 @@ impl Conditions {
         };
         let closures =
             tree.closures.iter().map(|closure| ([closure.a, closure.b], Vec2::zeros(), Vec2::zeros()));
-        let joints = tree.clearance_joints.iter().map(|joint| {
+        let joints = tree.slots.iter().map(|joint| {
             let (eccentricity, rate) = eccentric(&joint.name);
-            ([joint.bearing, joint.journal], eccentricity, rate)
+            ([joint.points[0], joint.points[1]], eccentricity, rate)
         });
         let starts = |name: &str| {
             scene.start.iter().any(|start| matches!(start, Start::Clearance { joint, .. } if joint == name))
         };
-        let by_start = tree.clearance_joints.iter().map(|joint| starts(&joint.name));
+        let by_start = tree.slots.iter().map(|joint| starts(&joint.name));
         Self {
             is_given: tree.closures.iter().map(|_| false).chain(by_start).collect(),
             pairs: closures.chain(joints).collect(),

@@ -1,7 +1,8 @@
 //! Scales of a mechanism for error control; all follow from the scene, none is absolute.
 
+use crate::contact::pair::Surfaces;
 use crate::dynamics::Dynamics;
-use crate::tree::elements::{ClearanceJoint, ContactScales, FrameInertia, Tree};
+use crate::tree::elements::{ContactScales, ContactSlot, FrameInertia, Tree};
 use crate::tree::kinematics::{FrameKind, Vec2};
 use crate::tree::loads::Load;
 
@@ -17,8 +18,8 @@ pub(crate) fn speed_scale(tree: &Tree, dynamics: &Dynamics, length: f64) -> f64 
     for body in tree.inertias.iter().chain(&tree.driven_inertias) {
         speed = speed.max(dynamics.frame(body.frame).point(body.center).velocity.norm());
     }
-    for joint in &tree.clearance_joints {
-        speed = speed.max(dynamics.point(joint.journal).velocity.norm());
+    for slot in &tree.slots {
+        speed = speed.max(dynamics.point(slot.points[1]).velocity.norm());
     }
     let mass = total_mass(tree);
     let size = |load: &Load| match load {
@@ -63,7 +64,7 @@ fn total_mass(tree: &Tree) -> f64 {
 }
 
 /// Levers: the largest displacement per unit of each degree of freedom [m/rad or 1] of the centers of mass
-/// (or of points at the radius of gyration), of the clearance joints and of their surfaces.
+/// (or of points at the radius of gyration), of the contacts and of their surfaces.
 pub(crate) fn levers(tree: &Tree, dynamics: &Dynamics) -> Vec<f64> {
     let mut levers = vec![0.0_f64; tree.free.len()];
     let mut raise = |frame: usize, point: Vec2, radius: f64| {
@@ -79,9 +80,14 @@ pub(crate) fn levers(tree: &Tree, dynamics: &Dynamics) -> Vec<f64> {
         let gyration = (body.inertia / body.mass).sqrt();
         raise(body.frame, dynamics.frame(body.frame).point(body.center).position, gyration);
     }
-    for joint in &tree.clearance_joints {
-        raise(joint.bearing.frame, dynamics.point(joint.bearing).position, joint.law.bearing_radius);
-        raise(joint.journal.frame, dynamics.point(joint.journal).position, joint.law.journal_radius);
+    for slot in &tree.slots {
+        let radii = match slot.law.surfaces {
+            Surfaces::Bearing { bearing_radius, journal_radius } => [bearing_radius, journal_radius],
+            Surfaces::Face { radius, .. } => [radius, radius],
+        };
+        for (point, radius) in dynamics.touching_points(slot).into_iter().zip(radii) {
+            raise(point.frame, dynamics.point(point).position, radius);
+        }
     }
     levers
 }
@@ -90,7 +96,7 @@ pub(crate) fn levers(tree: &Tree, dynamics: &Dynamics) -> Vec<f64> {
 /// is driven, moves or falls at the start.
 const UNLOADED_PENETRATION: f64 = 1e-6;
 
-/// Scales of the contacts of all clearance joints, each resting under a load [N]: the larger of the force
+/// Scales of the contacts of all slots, each resting under a load [N]: the larger of the force
 /// that keeps the joint concentric with the accelerations of the start, after [`Dynamics::accelerate`], and
 /// of the centripetal force of its mass at the speed of the mechanism on a circle of its size.
 ///
@@ -101,15 +107,23 @@ const UNLOADED_PENETRATION: f64 = 1e-6;
 pub(crate) fn contact_scales(dynamics: &mut Dynamics, speed: f64, length: f64) -> Vec<ContactScales> {
     let tree = dynamics.tree;
     let total = total_mass(tree);
-    let of_joint = |joint: &ClearanceJoint| {
-        let law = joint.law.normal;
-        let opening = dynamics.joint_motion(joint).acceleration.norm();
-        let mass = dynamics.accelerance([joint.bearing, joint.journal]).mean_mass();
+    let of_slot = |slot: &ContactSlot| {
+        let law = slot.law.normal;
+        let acceleration = dynamics.slot_motion(slot).acceleration;
+        let accelerance = dynamics.accelerance(dynamics.touching_points(slot));
+        let (opening, mass) = match slot.law.surfaces {
+            Surfaces::Bearing { .. } => (acceleration.norm(), accelerance.mean_mass()),
+            // A face has one direction.
+            Surfaces::Face { normal, .. } => {
+                let along = acceleration.dot(&Vec2::from(normal)).abs();
+                (along, accelerance.mass_along(dynamics.slot_normal(slot)))
+            }
+        };
         // No degree of freedom moves the two bodies relative to each other: the joint never acts, any mass
         // will do.
         let mass = if mass.is_finite() { mass } else { total.max(f64::MIN_POSITIVE) };
         let load = mass * opening.max(speed * speed / length);
-        let weightless = law.stiffness * (UNLOADED_PENETRATION * joint.law.clearance).powf(law.exponent);
+        let weightless = law.stiffness * (UNLOADED_PENETRATION * slot.law.clearance).powf(law.exponent);
         let load = if load > 0.0 { load } else { weightless };
         let resting_penetration = law.resting_penetration(load);
         ContactScales {
@@ -119,5 +133,5 @@ pub(crate) fn contact_scales(dynamics: &mut Dynamics, speed: f64, length: f64) -
             resting_velocity: law.resting_velocity(load, mass),
         }
     };
-    tree.clearance_joints.iter().map(of_joint).collect()
+    tree.slots.iter().map(of_slot).collect()
 }

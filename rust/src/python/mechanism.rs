@@ -46,7 +46,7 @@ impl CompiledMechanism {
         let names: Vec<&str> =
             mechanism.free.iter().map(|&column| mechanism.coordinate_names[column].as_str()).collect();
         let bodies: Vec<&str> = mechanism.bodies.iter().map(|body| body.name.as_str()).collect();
-        let clearance_joints = mechanism.clearance_joints.iter().map(|joint| joint.name.as_str());
+        let clearance_joints = mechanism.slots.iter().map(|joint| joint.name.as_str());
         let cut: Vec<&str> =
             clearance_joints.chain(mechanism.closures.iter().map(|closure| closure.name.as_str())).collect();
         let floors = default_impact_velocity_floors(mechanism);
@@ -140,8 +140,7 @@ fn events_dict<'py>(
     let table = PyDict::new(py);
     let times: Vec<f64> = events.iter().map(|event| event.time).collect();
     let velocities: Vec<f64> = events.iter().map(|event| event.normal_velocity).collect();
-    let joints: Vec<&str> =
-        events.iter().map(|event| mechanism.clearance_joints[event.joint].name.as_str()).collect();
+    let joints: Vec<&str> = events.iter().map(|event| mechanism.slots[event.joint].name.as_str()).collect();
     let kinds: Vec<&str> = events.iter().map(|event| event.kind.word()).collect();
     table.set_item("time", times.into_pyarray(py))?;
     table.set_item("joint", joints)?;
@@ -158,7 +157,7 @@ fn contacts_dict<'py>(
     let table = PyDict::new(py);
     let column = |of: fn(&Contact) -> f64| -> Vec<f64> { contacts.iter().map(of).collect() };
     let joints: Vec<&str> =
-        contacts.iter().map(|contact| mechanism.clearance_joints[contact.joint].name.as_str()).collect();
+        contacts.iter().map(|contact| mechanism.slots[contact.joint].name.as_str()).collect();
     table.set_item("joint", joints)?;
     table.set_item("onset", column(|contact| contact.onset).into_pyarray(py))?;
     table.set_item("separation", column(|contact| contact.separation).into_pyarray(py))?;

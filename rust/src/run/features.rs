@@ -162,7 +162,7 @@ impl Plan {
                 Ok(self.track(Quantity::Output(column), highest, lowest))
             }
             Impacts | ContactShare | Impulse | Wear | Loss => {
-                let joints = || mechanism.clearance_joints.iter().map(|joint| joint.name.as_str());
+                let joints = || mechanism.slots.iter().map(|joint| joint.name.as_str());
                 let Some(joint) = joints().position(|known| known == name) else {
                     return Err(format!(
                         "unknown clearance joint {name:?}{}",

@@ -45,7 +45,7 @@ impl<'a> Motion<'a> {
             q: vec![0.0; d],
             v: vec![0.0; d],
             a: vec![0.0; d],
-            work: Work::new(mechanism.clearance_joints.len()),
+            work: Work::new(mechanism.slots.len()),
             counts_work,
             monitor,
             uniform_piece: uniform_piece(mechanism),

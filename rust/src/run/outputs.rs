@@ -1,7 +1,7 @@
 //! The named columns of a trajectory.
 
-use crate::contact::clearance::Phase;
-use crate::dynamics::{Dynamics, JointContact};
+use crate::contact::pair::Phase;
+use crate::dynamics::{Dynamics, SlotContact};
 use crate::error::{InputError, Problem, Subject, meant_or_known};
 use crate::mechanism::compiled::Mechanism;
 use crate::run::work::Work;
@@ -108,7 +108,7 @@ fn usual_columns(mechanism: &Mechanism) -> Vec<Named> {
     for (index, body) in mechanism.bodies.iter().enumerate() {
         columns.extend(named(&body.name, &BODY, |k| Column::Body(index, k)));
     }
-    for (index, joint) in mechanism.clearance_joints.iter().enumerate() {
+    for (index, joint) in mechanism.slots.iter().enumerate() {
         columns.extend(named(&joint.name, &JOINT, |k| Column::Joint(index, k)));
     }
     for (index, driven) in mechanism.driven.iter().enumerate() {
@@ -135,7 +135,7 @@ fn further_columns(mechanism: &Mechanism) -> Vec<Named> {
         columns.extend(named(&joint.name, coordinate, |k| Column::Coordinate(index, k)));
         columns.extend(named(&joint.name, &REACTION, |k| Column::Reaction(index, k)));
     }
-    for (index, joint) in mechanism.clearance_joints.iter().enumerate() {
+    for (index, joint) in mechanism.slots.iter().enumerate() {
         columns.extend(named(&joint.name, &LOSS, |k| Column::Loss(index, k)));
     }
     for (index, driven) in mechanism.driven.iter().enumerate() {
@@ -330,7 +330,7 @@ fn energy_value(dynamics: &Dynamics, work: &Work, quantity: usize) -> f64 {
 }
 
 fn joint_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
-    let JointContact { motion, state } = dynamics.contact(index);
+    let SlotContact { motion, state } = dynamics.contact(index);
     let [x, y] = motion.eccentricity;
     match quantity {
         0 => x,

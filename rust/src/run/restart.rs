@@ -2,8 +2,8 @@
 
 use serde_json::{Value, json};
 
-use crate::contact::clearance::Phase;
 use crate::contact::normal::Latch;
+use crate::contact::pair::Phase;
 use crate::dynamics::ContactLoss;
 use crate::error::{InputError, Problem, Subject};
 use crate::numerics::turns::Turns;

@@ -1,7 +1,7 @@
 //! The system that the integrator integrates: a motion with its tolerances, guards and phases, and the observers of its
 //! accepted steps.
 
-use crate::contact::clearance::Phase;
+use crate::contact::pair::Phase;
 use crate::dynamics::{Linearization, relative_motion};
 use crate::integrators::dense::DenseStep;
 use crate::integrators::events::Guard;
@@ -58,7 +58,7 @@ impl<'a> System<'a> {
         monitor: &'a dyn Fn(f64) -> bool,
         from: f64,
     ) -> Self {
-        let joints = mechanism.clearance_joints.len();
+        let joints = mechanism.slots.len();
         let counts_work = Needs::of(&table.0).work || plan.needs.work;
         let samples = Samples::new(settings, table, from);
         Self {
@@ -148,7 +148,7 @@ impl<'a> System<'a> {
         }
         self.demands.bound = f64::INFINITY;
         (self.demands.velocity_refinement, self.demands.caution) = (1.0, 1.0);
-        for index in 0..mechanism.clearance_joints.len() {
+        for index in 0..mechanism.slots.len() {
             self.watch_joint(t, index);
         }
     }
@@ -158,8 +158,8 @@ impl<'a> System<'a> {
     #[inline(never)]
     fn watch_joint(&mut self, t: f64, index: usize) {
         let Self { motion, tolerances, demands, log, .. } = self;
-        let joint = &motion.mechanism.clearance_joints[index];
-        let relative = motion.dynamics.joint_motion(joint);
+        let joint = &motion.mechanism.slots[index];
+        let relative = motion.dynamics.slot_motion(joint);
         let phase = motion.dynamics.phases[index];
         let presses = matches!(phase, Phase::Contact { clipped: false, .. });
         let acceleration = relative.acceleration.into();

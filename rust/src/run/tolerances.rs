@@ -1,7 +1,7 @@
 //! Tolerances of the local error: the meaning of `rtol` for a mechanism with clearance.
 
-use crate::contact::clearance::{ContactState, Phase};
 use crate::contact::normal::NormalLaw;
+use crate::contact::pair::{ContactState, Phase};
 use crate::dynamics::Correction;
 use crate::error::{InputError, Problem, Subject};
 use crate::mechanism::compiled::Mechanism;
@@ -60,9 +60,7 @@ const LARGEST_PROJECTION: f64 = 10.0;
 pub fn default_impact_velocity_floors(mechanism: &Mechanism) -> Vec<f64> {
     // The duration matters only if nothing moves.
     let tolerances = Tolerances::new(mechanism, &mechanism.start, &Settings::new(1.0, 2));
-    (0..mechanism.clearance_joints.len())
-        .map(|joint| tolerances.impact_velocity_floor(mechanism, joint))
-        .collect()
+    (0..mechanism.slots.len()).map(|joint| tolerances.impact_velocity_floor(mechanism, joint)).collect()
 }
 
 /// Absolute tolerances of a run.
@@ -85,7 +83,7 @@ pub(crate) struct Tolerances {
 /// Length scale of the position tolerance [m]: CLEARANCE_PART of the smallest clearance, or the size of the
 /// mechanism.
 fn position_scale(mechanism: &Mechanism) -> f64 {
-    let smallest = mechanism.clearance_joints.iter().map(|joint| joint.law.clearance).reduce(f64::min);
+    let smallest = mechanism.slots.iter().map(|joint| joint.law.clearance).reduce(f64::min);
     smallest.map_or(mechanism.scales.length, |clearance| CLEARANCE_PART * clearance)
 }
 
@@ -103,11 +101,8 @@ pub(crate) fn check_tolerances(
     settings: &Settings,
 ) -> Result<(), InputError> {
     let (length, speed) = (position_scale(mechanism), speed(mechanism, start));
-    let of_what = if mechanism.clearance_joints.is_empty() {
-        "the size of the mechanism"
-    } else {
-        "half the smallest clearance"
-    };
+    let of_what =
+        if mechanism.slots.is_empty() { "the size of the mechanism" } else { "half the smallest clearance" };
     let limits = [
         ("position_tolerance", settings.position_tolerance, "m", length, of_what),
         // Without a speed scale the velocity tolerance has no limit.
@@ -189,11 +184,11 @@ impl Tolerances {
     /// critically damped.
     pub(crate) fn impact_velocity_floor(&self, mechanism: &Mechanism, joint: usize) -> f64 {
         let default = || {
-            let law = mechanism.clearance_joints[joint].law.normal;
+            let law = mechanism.slots[joint].law.normal;
             let resolved = law.onset_damping().min(1.0) * self.velocity.max(self.finest_velocity);
             resolved.min(mechanism.scales.contacts[joint].resting_velocity)
         };
-        mechanism.clearance_joints[joint].impact_velocity_floor.unwrap_or_else(default)
+        mechanism.slots[joint].impact_velocity_floor.unwrap_or_else(default)
     }
 
     /// Velocity tolerance in a phase of a contact [m/s]. At most [`NormalLaw::damping_rate`]: an error of
@@ -219,7 +214,7 @@ impl Tolerances {
         start: f64,
         state: &ContactState<f64>,
     ) -> f64 {
-        let law = &mechanism.clearance_joints[joint].law;
+        let law = &mechanism.slots[joint].law;
         let Some(friction) = law.friction else { return 1.0 };
         let here = state.sliding_velocity;
         // If the direction of sliding has changed, the velocity has passed zero.
@@ -258,7 +253,7 @@ impl Tolerances {
 
     /// Velocity tolerance in the given phases of the contacts [m/s].
     fn velocity_in(&self, mechanism: &Mechanism, phases: &[Phase]) -> f64 {
-        let joints = mechanism.clearance_joints.iter().zip(phases);
+        let joints = mechanism.slots.iter().zip(phases);
         joints.map(|(joint, phase)| self.damped(&joint.law.normal, *phase)).fold(self.velocity, f64::min)
     }
 

@@ -214,7 +214,7 @@ fn collected(
 fn check_restart(mechanism: &Mechanism, restart: &Restart) -> Result<(), InputError> {
     let Memory { phases, contacts, turns, work } = &restart.memory;
     let d = mechanism.degrees_of_freedom();
-    let joints = mechanism.clearance_joints.len();
+    let joints = mechanism.slots.len();
     let fits = restart.q.len() == d
         && restart.v.len() == d
         && [phases.len(), contacts.len()] == [joints; 2]
@@ -246,7 +246,7 @@ fn check_restart(mechanism: &Mechanism, restart: &Restart) -> Result<(), InputEr
 
 /// Names of the coordinates and clearance joints of a mechanism, by which a restart recognizes it.
 fn parts(mechanism: &Mechanism) -> Vec<String> {
-    let joints = mechanism.clearance_joints.iter().map(|joint| &joint.name);
+    let joints = mechanism.slots.iter().map(|joint| &joint.name);
     mechanism.coordinate_names.iter().chain(joints).cloned().collect()
 }
 
@@ -302,7 +302,7 @@ fn run(
         }
         None => system.begin(&mut q, &v),
     }
-    let outcome = if mechanism.mobility() == 0 && mechanism.clearance_joints.is_empty() {
+    let outcome = if mechanism.mobility() == 0 && mechanism.slots.is_empty() {
         follow_drives(&mut system, from, end, &mut q, &mut v)
     } else {
         let mut method = settings.method.stepper(mechanism.degrees_of_freedom(), settings.rtol);
@@ -319,7 +319,7 @@ fn run(
 /// The result of a run without its samples and their names.
 fn finished(mut system: System, outcome: Outcome, mut end: State) -> Trajectory {
     let mechanism = system.motion.mechanism;
-    let name_of = |index: usize| mechanism.clearance_joints[index].name.clone();
+    let name_of = |index: usize| mechanism.slots[index].name.clone();
     let paradox = match outcome.status {
         Status::Done | Status::Cancelled | Status::Projection => None,
         _ => system.motion.dynamics.paradoxical_contact(outcome.time, &end.q, &end.v),
@@ -337,7 +337,7 @@ fn finished(mut system: System, outcome: Outcome, mut end: State) -> Trajectory 
     system.motion.with_turns(&mut end.q);
     let [skipped_events, events] = system.log.finished_events(&system.samples);
     let [skipped_contacts, contacts] = system.log.finished_contacts(&system.samples);
-    let joints = mechanism.clearance_joints.len();
+    let joints = mechanism.slots.len();
     let contact_guards = system.contact_guards();
     let switch = outcome.guard.and_then(|guard| guard.checked_sub(contact_guards));
     let load = switch.and_then(|switch| mechanism.load_of_switch(switch)).map(|(load, _)| load);

@@ -60,8 +60,8 @@ pub(crate) fn of_run(
 ) -> Vec<Notice> {
     let mut warnings = Vec::new();
     warn_of_floors(mechanism, tolerances, log, &mut warnings);
-    for (joint, deepest) in mechanism.clearance_joints.iter().zip(&log.deepest) {
-        if *deepest > DEEP * joint.law.journal_radius {
+    for (joint, deepest) in mechanism.slots.iter().zip(&log.deepest) {
+        if *deepest > DEEP * joint.law.size() {
             let what = format!(
                 "the penetration reached {deepest:.2e} m, more than {DEEP} of the journal radius: contact laws do not \
                  hold there; the mechanism may be jammed or the stiffness too small: look at its motion there, and \
@@ -71,7 +71,7 @@ pub(crate) fn of_run(
             warnings.push(Notice::of_joint("deep_penetration", &joint.name, numbers, what));
         }
     }
-    for (joint, stick) in mechanism.clearance_joints.iter().zip(&log.sticks) {
+    for (joint, stick) in mechanism.slots.iter().zip(&log.sticks) {
         if let Some(slow) = joint.law.stick_velocity()
             && stick.crept > CREEPING * stick.pressed
             && slow * stick.crept > NOTICEABLE * joint.law.clearance
@@ -109,9 +109,7 @@ fn warn_of_floors(
     log: &ContactLog,
     warnings: &mut Vec<Notice>,
 ) {
-    for (index, (joint, &slow_impacts)) in
-        mechanism.clearance_joints.iter().zip(&log.impacts_at_floor).enumerate()
-    {
+    for (index, (joint, &slow_impacts)) in mechanism.slots.iter().zip(&log.impacts_at_floor).enumerate() {
         if slow_impacts == 0 {
             continue;
         }
@@ -136,7 +134,7 @@ fn warn_of_floors(
 
 /// Warning that the energy balance does not close, with a remedy.
 fn warning_of_energy(mechanism: &Mechanism, balance: &Balance) -> Option<Notice> {
-    let laws = mechanism.clearance_joints.iter().filter_map(|joint| joint.law.friction);
+    let laws = mechanism.slots.iter().filter_map(|joint| joint.law.friction);
     let slowest = laws.map(|law| law.stick_velocity()).fold(f64::INFINITY, f64::min);
     let remedy = if balance.is_off_in_friction() {
         format!(
@@ -171,7 +169,7 @@ pub(crate) fn of_scene(mechanism: &Mechanism) -> Vec<Notice> {
         text: problem.to_string(),
     };
     let mut warnings: Vec<Notice> = mechanism.warnings.iter().map(of_field).collect();
-    for (joint, scales) in mechanism.clearance_joints.iter().zip(&mechanism.scales.contacts) {
+    for (joint, scales) in mechanism.slots.iter().zip(&mechanism.scales.contacts) {
         let out_of_range = joint.law.normal.out_of_range();
         warnings.extend(
             out_of_range.map(|text| Notice::of_joint("law_out_of_range", &joint.name, Vec::new(), text)),

@@ -4,9 +4,9 @@
 //! at once; whether the parts form a mechanism that can be assembled is found out when
 //! it is compiled, in [`crate::mechanism::compiled`].
 
-use crate::contact::clearance::SlidingVelocity;
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::NormalLaw;
+use crate::contact::pair::SlidingVelocity;
 use crate::error::meant_or_known;
 use crate::scene::loads::Load;
 use crate::scene::time_function::TimeFunction;

@@ -5,9 +5,9 @@
 
 use serde_json::Value;
 
-use crate::contact::clearance::SlidingVelocity;
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::{Damping, NormalLaw};
+use crate::contact::pair::SlidingVelocity;
 use crate::error::{InputError, Problem, Subject};
 use crate::scene::functions::{load, load_or_none, time_function};
 use crate::scene::json::{Fields, Node, Problems};

@@ -1,11 +1,11 @@
 //! The elements of a tree of frames: flat and constant, holding only what the scene uses.
 //!
-//! The ideal joints span a tree; clearance joints are not part of it, they only exert forces. Each moving
+//! The ideal joints span a tree; joints with clearance are not part of it, their contact slots only exert forces. Each moving
 //! frame of the tree has one coordinate. Rigidly joined bodies share a frame, driven coordinates are
 //! functions of time, and only the remaining, free coordinates are integrated: the paper's slider-crank has
 //! 2 coordinates instead of 9 with 7 constraints. `span.rs` builds the tree.
 
-use crate::contact::clearance::ClearanceLaw;
+use crate::contact::pair::ContactLaw;
 use crate::numerics::dual::Scalar;
 use crate::numerics::instant::Instant;
 use crate::numerics::turns::Turns;
@@ -95,19 +95,17 @@ pub struct FramePoint {
     pub offset: Vec2,
 }
 
-/// A revolute joint with clearance.
+/// A place where two bodies may touch: one in a revolute joint with clearance, several in a guide with play.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ClearanceJoint {
-    /// Name.
+pub struct ContactSlot {
+    /// Name: that of the joint, or that of the joint with its place in it.
     pub name: String,
-    /// Center of the bearing.
-    pub bearing: FramePoint,
-    /// Center of the journal.
-    pub journal: FramePoint,
-    /// Indices of the bodies that carry bearing and journal; `None` is ground.
+    /// Center of the bearing and of the journal; or a point of the face and the center of the edge that may touch it.
+    pub points: [FramePoint; 2],
+    /// Indices of the bodies that carry them; `None` is ground.
     pub bodies: [Option<usize>; 2],
     /// Dimensions and force laws.
-    pub law: ClearanceLaw,
+    pub law: ContactLaw,
     /// Lower bound of the impact velocity in the damping [m/s], if the scene gives one.
     pub impact_velocity_floor: Option<f64>,
 }
@@ -277,7 +275,7 @@ pub struct Scales {
     pub speed: f64,
     /// Largest displacement [m] of a point per unit of each degree of freedom.
     pub levers: Vec<f64>,
-    /// Scales of the contact of every clearance joint.
+    /// Scales of the contact of every slot.
     pub contacts: Vec<ContactScales>,
 }
 
@@ -326,8 +324,8 @@ pub struct Tree {
     /// Inertias that only drives move. They affect the efforts of the drives and the energies, not the
     /// motion.
     pub driven_inertias: Vec<FrameInertia>,
-    /// Joints with clearance, in the order of the scene.
-    pub clearance_joints: Vec<ClearanceJoint>,
+    /// Places where bodies may touch, in the order of the joints of the scene.
+    pub slots: Vec<ContactSlot>,
     /// Loop closures, in the order of the scene; none in a tree.
     pub closures: Vec<Closure>,
     /// Ideal joints, in the order of the scene.

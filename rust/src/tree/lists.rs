@@ -1,12 +1,12 @@
 //! The flat lists of a spanning tree: everything a run needs of the scene, relative to frames instead of
 //! bodies.
 
-use crate::contact::clearance::ClearanceLaw;
+use crate::contact::pair::{ContactLaw, Surfaces};
 use crate::scene::loads::Load as SceneLoad;
 use crate::scene::parts::{Attachment, Force, ForceFrame, Joint, JointKind, length_scale};
 use crate::scene::quantities::Quantity;
 use crate::tree::elements::{
-    AppliedForce, AppliedTorque, BodyPlacement, Bushing, ClearanceJoint, Closure, DrivenCoordinate,
+    AppliedForce, AppliedTorque, BodyPlacement, Bushing, Closure, ContactSlot, DrivenCoordinate,
     FrameInertia, IdealJoint, IdealKind, Link, Path, Pull, Realization, Torsion, Tree,
 };
 use crate::tree::kinematics::{Frame, Vec2};
@@ -49,7 +49,7 @@ impl Builder<'_> {
             bodies,
             inertias,
             driven_inertias,
-            clearance_joints: self.clearance_joints(),
+            slots: self.slots(),
             closures,
             ideal_joints,
             tree_joints,
@@ -92,7 +92,7 @@ impl Builder<'_> {
             .collect()
     }
 
-    fn clearance_joints(&self) -> Vec<ClearanceJoint> {
+    fn slots(&self) -> Vec<ContactSlot> {
         let compiled = |joint: &Joint| {
             let Joint::Clearance {
                 name,
@@ -107,16 +107,16 @@ impl Builder<'_> {
             else {
                 return None;
             };
-            let [bearing, journal] = self.ends(joint).map(|end| self.place(end));
-            Some(ClearanceJoint {
+            Some(ContactSlot {
                 name: name.clone(),
-                bearing,
-                journal,
+                points: self.ends(joint).map(|end| self.place(end)),
                 bodies: self.ends(joint).map(|end| end.body),
-                law: ClearanceLaw {
+                law: ContactLaw {
+                    surfaces: Surfaces::Bearing {
+                        journal_radius: *journal_radius,
+                        bearing_radius: journal_radius + clearance,
+                    },
                     clearance: *clearance,
-                    journal_radius: *journal_radius,
-                    bearing_radius: journal_radius + clearance,
                     normal: *contact,
                     friction: *friction,
                     sliding: *sliding,

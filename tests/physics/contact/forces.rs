@@ -1,8 +1,8 @@
 //! Force laws and force geometry of a clearance joint against numbers worked by hand.
 
-use chebclear::contact::clearance::{ClearanceLaw, Phase, RelativeMotion, SlidingVelocity};
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::{Damping, Latch, NormalLaw};
+use chebclear::contact::pair::{ContactLaw, Phase, RelativeMotion, SlidingVelocity, Surfaces};
 use chebclear::dynamics::Dynamics;
 use chebclear::numerics::dual::{Dual, Scalar};
 use chebclear::run::settings::Settings;
@@ -109,11 +109,10 @@ fn friction_coefficient_is_odd_and_smooth_across_both_switch_velocities() {
     }
 }
 
-fn law(sliding: SlidingVelocity, exponent: f64, friction: Option<FrictionLaw>) -> ClearanceLaw {
-    ClearanceLaw {
+fn law(sliding: SlidingVelocity, exponent: f64, friction: Option<FrictionLaw>) -> ContactLaw {
+    ContactLaw {
         clearance: 0.02,
-        journal_radius: 0.1,
-        bearing_radius: 0.12,
+        surfaces: Surfaces::Bearing { journal_radius: 0.1, bearing_radius: 0.12 },
         normal: NormalLaw {
             stiffness: 1e4,
             exponent,

@@ -2,8 +2,8 @@
 //! three coordinates, constraints and forces at the contact points, written from the printed equations and
 //! not from the joint-coordinate core.
 
-use chebclear::contact::clearance::{Phase, SlidingVelocity};
 use chebclear::contact::friction::FrictionLaw;
+use chebclear::contact::pair::{Phase, SlidingVelocity};
 use chebclear::dynamics::Dynamics;
 use chebclear::scene::loads::Load as SceneLoad;
 use chebclear::scene::parts::{Force, ForceFrame, Joint};
@@ -148,7 +148,7 @@ pub(crate) fn contacts(case: &Case, states: &[CartesianState]) -> Vec<Contact> {
             let [hysteresis_factor] = latch.numbers();
             let bracket = 1.0 + hysteresis_factor * e_dot.dot(&n);
             let normal = contact.stiffness * delta.powf(contact.exponent) * bracket;
-            let mu = case.mechanism.clearance_joints[index].law.friction.map_or(0.0, |law| mu(law, sliding));
+            let mu = case.mechanism.slots[index].law.friction.map_or(0.0, |law| mu(law, sliding));
             force = -normal * n - mu * sliding.signum() * normal * t;
         }
         list.push(Contact {

@@ -1,7 +1,7 @@
 //! Forces that depend on the motion, on random mechanisms: values by the Cartesian motion of the bodies, derivatives by
 //! differences.
 
-use chebclear::contact::clearance::Phase;
+use chebclear::contact::pair::Phase;
 use chebclear::dynamics::{Dynamics, Linearization};
 use chebclear::expression::curve::{Beyond, Curve, Interpolation};
 use chebclear::mechanism::compiled::Mechanism;
@@ -69,7 +69,7 @@ fn loaded(case: &Case) -> Option<Mechanism> {
     });
     let mut mechanism = Mechanism::compile(&scene).ok()?;
     // The regimes of friction are those that were drawn with the case.
-    mechanism.tree.clearance_joints.clone_from(&case.mechanism.clearance_joints);
+    mechanism.tree.slots.clone_from(&case.mechanism.slots);
     Some(mechanism)
 }
 

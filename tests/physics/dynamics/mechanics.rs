@@ -1,7 +1,7 @@
 //! Identities of the equations of motion, on random tree mechanisms.
 
-use chebclear::contact::clearance::SlidingVelocity;
 use chebclear::contact::normal::Damping;
+use chebclear::contact::pair::SlidingVelocity;
 use chebclear::dynamics::{Dynamics, Linearization};
 use chebclear::scene::loads::Load;
 use chebclear::scene::parts::{Force, ForceFrame, JointKind, Scene, Start};
@@ -36,13 +36,13 @@ fn the_random_mechanisms_cover_what_the_identities_are_for() {
     assert!(forces(&|force| matches!(force, Force::Applied { frame: ForceFrame::Body, .. })) > 30);
     assert!(forces(&|force| matches!(force, Force::Applied { frame: ForceFrame::Ground, .. })) > 30);
     assert!(forces(&|force| matches!(force, Force::Torque { .. })) > 50);
-    assert!(count(&|case| case.mechanism.clearance_joints.len() > 1) > 50);
+    assert!(count(&|case| case.mechanism.slots.len() > 1) > 50);
     assert!(drawn.iter().any(|case| case.mechanism.degrees_of_freedom() > 12));
     let mut seen = std::collections::BTreeMap::new();
     for case in &cases {
         let states = states_at(case, case.t, &case.q, &case.v);
         for (index, contact) in contacts(case, &states).iter().enumerate() {
-            let law = &case.mechanism.clearance_joints[index].law;
+            let law = &case.mechanism.slots[index].law;
             if contact.force == Vec2::zeros() {
                 continue;
             }

@@ -1,8 +1,8 @@
 //! Random tree mechanisms for the identities that must hold for every mechanism.
 
-use chebclear::contact::clearance::{Phase, SlidingVelocity};
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::{Damping, NormalLaw};
+use chebclear::contact::pair::{Phase, SlidingVelocity};
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::scene::loads::Load;
 use chebclear::scene::parts::{
@@ -51,10 +51,10 @@ fn in_motion(scene: Scene, mut mechanism: Mechanism, inertias: Vec<f64>, random:
     let spread = if random.unit() < 0.5 { 0.1 } else { 2.0 };
     let q = mechanism.start.q.iter().map(|q| q + random.within(-spread, spread)).collect();
     let v = mechanism.start.q.iter().map(|_| random.within(-2.0, 2.0)).collect();
-    let regimes = mechanism.clearance_joints.iter().map(|_| random.index(3)).collect();
+    let regimes = mechanism.slots.iter().map(|_| random.index(3)).collect();
     let phases = mechanism
         .tree
-        .clearance_joints
+        .slots
         .iter_mut()
         .map(|joint| {
             let latch = joint.law.normal.latch(random.within(0.3, 3.0));
@@ -75,7 +75,7 @@ impl Case {
     pub fn set_friction(&mut self, joint: usize, sliding: f64) {
         let (low, high) = [(1.5, 2.0), (0.6, 1.6), (0.3, 0.7)][self.regimes[joint]];
         if let Some(FrictionLaw::ModifiedCoulomb { stick_slip_velocity, static_sliding_velocity, .. }) =
-            &mut self.mechanism.tree.clearance_joints[joint].law.friction
+            &mut self.mechanism.tree.slots[joint].law.friction
         {
             *stick_slip_velocity = low * sliding.abs().max(1e-3);
             *static_sliding_velocity = high * sliding.abs().max(1e-3);

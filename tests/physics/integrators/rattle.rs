@@ -3,9 +3,9 @@
 //! The smallest system with everything that makes a clearance joint hard to integrate, drawn at random
 //! so that methods are compared over an ensemble: the error of a single scene scatters by a factor of 4.
 
-use chebclear::contact::clearance::{ClearanceLaw, Phase, RelativeMotion, SlidingVelocity};
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::{Damping, NormalLaw};
+use chebclear::contact::pair::{ContactLaw, Phase, RelativeMotion, SlidingVelocity, Surfaces};
 use chebclear::dynamics::Linearization;
 use chebclear::integrators::events::Guard;
 use chebclear::integrators::{HybridSystem, Limits, Outcome, Status, Stepper, integrate_with};
@@ -15,6 +15,9 @@ use crate::support::Random;
 
 /// 2000 r/min [rad/s].
 const SPEED: f64 = 2000.0 * std::f64::consts::PI / 30.0;
+/// Radii of the paper's wrist joint [m].
+const JOURNAL: f64 = 9.8e-3;
+const BEARING: f64 = 9.82e-3;
 const MASS: f64 = 0.14;
 const INERTIA: f64 = 1e-4;
 /// Scales of the tolerance and of the error [m], [m/s], [rad/s].
@@ -23,7 +26,7 @@ const SCALES: [f64; 3] = [1e-5, 1.0, 100.0];
 /// What is drawn at random, and how the system answers the integrator.
 #[derive(Clone, Copy, Debug)]
 pub struct Rattle {
-    pub law: ClearanceLaw,
+    pub law: ContactLaw,
     /// Amplitudes of the load, cos along x and sin along y [N].
     pub load: [f64; 2],
     /// Amplitude of the bearing's angular velocity [rad/s].
@@ -44,10 +47,9 @@ impl Rattle {
     /// The nominal scene: the paper's wrist joint with the friction coefficients given.
     pub fn nominal(friction: [f64; 2], stick_slip_velocity: f64) -> Self {
         Self {
-            law: ClearanceLaw {
+            law: ContactLaw {
                 clearance: 2e-5,
-                journal_radius: 9.8e-3,
-                bearing_radius: 9.82e-3,
+                surfaces: Surfaces::Bearing { journal_radius: JOURNAL, bearing_radius: BEARING },
                 normal: NormalLaw {
                     stiffness: 3.326530256934e11,
                     exponent: 1.5,
@@ -107,7 +109,7 @@ impl Rattle {
         RelativeMotion {
             eccentricity: [q[0], q[1]],
             rate: [v[0], v[1]],
-            spin: v[2] * self.law.journal_radius - bearing * self.law.bearing_radius,
+            spin: v[2] * JOURNAL - bearing * BEARING,
         }
     }
 
@@ -137,7 +139,7 @@ impl HybridSystem for Rattle {
         let (sin, cos) = (SPEED * t.time).sin_cos();
         a[0] = (self.load[0] * cos + state.force[0]) / MASS;
         a[1] = (self.load[1] * sin + state.force[1]) / MASS;
-        a[2] = self.law.journal_radius * state.friction_force / INERTIA;
+        a[2] = JOURNAL * state.friction_force / INERTIA;
         a.iter().all(|a| a.is_finite())
     }
 
@@ -149,14 +151,14 @@ impl HybridSystem for Rattle {
         let exists = self.acceleration(t.into(), q, v, &mut linear.a);
         let forces = self.law.force_gradient(&self.motion(t, q, v), self.phase);
         let (sin, cos) = (SPEED * t).sin_cos();
-        let spin_rate = self.swing * SPEED * sin * self.law.bearing_radius;
+        let spin_rate = self.swing * SPEED * sin * BEARING;
         let load_rate = [-self.load[0] * SPEED * sin, self.load[1] * SPEED * cos, 0.0];
-        let weights = [1.0 / MASS, 1.0 / MASS, self.law.journal_radius / INERTIA];
+        let weights = [1.0 / MASS, 1.0 / MASS, JOURNAL / INERTIA];
         linear.a_q.fill(0.0);
         for (row, (force, weight)) in forces.iter().zip(weights).enumerate() {
             let g = force.gradient;
             linear.a_q[3 * row..3 * row + 2].copy_from_slice(&[g[0] * weight, g[1] * weight]);
-            let by_velocity = [g[2], g[3], g[4] * self.law.journal_radius];
+            let by_velocity = [g[2], g[3], g[4] * JOURNAL];
             for (k, by) in by_velocity.into_iter().enumerate() {
                 linear.a_v[3 * row + k] = by * weight;
             }
@@ -170,11 +172,7 @@ impl HybridSystem for Rattle {
         let widest = if self.phase == Phase::Free { f64::INFINITY } else { self.stick_part * stick };
         position.copy_from_slice(&[SCALES[0] * self.rtol, SCALES[0] * self.rtol, 1e-3 * self.rtol]);
         let linear = (SCALES[1] * self.rtol).min(widest);
-        velocity.copy_from_slice(&[
-            linear,
-            linear,
-            (SCALES[2] * self.rtol).min(widest / self.law.journal_radius),
-        ]);
+        velocity.copy_from_slice(&[linear, linear, (SCALES[2] * self.rtol).min(widest / JOURNAL)]);
     }
 
     fn step_bound(&self) -> f64 {

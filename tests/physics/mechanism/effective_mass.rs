@@ -1,7 +1,7 @@
 //! The mass that a contact feels, and the scales that follow from it.
 
-use chebclear::contact::clearance::SlidingVelocity;
 use chebclear::contact::normal::{Damping, NormalLaw};
+use chebclear::contact::pair::SlidingVelocity;
 use chebclear::dynamics::Dynamics;
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::scene::parts::{Body, Drive, Force, ForceFrame, Joint, JointKind, Scene};
@@ -51,7 +51,7 @@ fn opening(mechanism: &Mechanism) -> Vec<Vec2> {
     let mut a = vec![0.0; q.len()];
     assert!(dynamics.acceleration(0.0, q, v, &mut a));
     dynamics.accelerate(&a);
-    mechanism.clearance_joints.iter().map(|joint| dynamics.joint_motion(joint).acceleration).collect()
+    mechanism.slots.iter().map(|joint| dynamics.slot_motion(joint).acceleration).collect()
 }
 
 #[test]
@@ -64,8 +64,8 @@ fn a_force_accelerates_what_the_effective_mass_says() {
             let mut dynamics = Dynamics::new(&mechanism);
             let State { q, v } = &mechanism.start;
             assert!(dynamics.acceleration(0.0, q, v, &mut vec![0.0; q.len()]));
-            for (index, joint) in mechanism.clearance_joints.iter().enumerate() {
-                let accelerance = dynamics.accelerance([joint.bearing, joint.journal]);
+            for (index, joint) in mechanism.slots.iter().enumerate() {
+                let accelerance = dynamics.accelerance([joint.points[0], joint.points[1]]);
                 let mut softness = 0.0;
                 for direction in [Vec2::new(0.6, 0.8), Vec2::new(-0.8, 0.6)] {
                     let after = opening(&compile(&pressed(scene.clone(), &joint.name, direction)))[index];

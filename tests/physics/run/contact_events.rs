@@ -1,8 +1,8 @@
 //! Events of mechanisms: contacts begin, end and are clipped as the physics says.
 
-use chebclear::contact::clearance::SlidingVelocity;
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::{Damping, NormalLaw};
+use chebclear::contact::pair::SlidingVelocity;
 use chebclear::integrators::Status;
 use chebclear::run::settings::{Method, Settings};
 use chebclear::run::trajectory::{EventKind, Trajectory, simulate, simulate_from};

@@ -1,8 +1,8 @@
 //! The balance of energies: an identity on random mechanisms, and over whole runs.
 
-use chebclear::contact::clearance::{Phase, SlidingVelocity};
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::Damping;
+use chebclear::contact::pair::{Phase, SlidingVelocity};
 use chebclear::run::settings::Method;
 use chebclear::run::trajectory::{Settings, simulate};
 use chebclear::scene::loads::Load;
@@ -40,7 +40,7 @@ fn energy_changes_by_the_powers_that_are_named() {
         for (joint, phase) in case.phases.iter().enumerate() {
             let loss = dynamics.contact_loss(joint);
             powers.extend([-loss.impact, -loss.friction]);
-            let law = &case.mechanism.clearance_joints[joint].law;
+            let law = &case.mechanism.slots[joint].law;
             if law.sliding == SlidingVelocity::Surface
                 && matches!(phase, Phase::Contact { clipped: false, .. })
             {

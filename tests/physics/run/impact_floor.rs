@@ -1,7 +1,7 @@
 //! The floor of the impact velocity in contact laws, and its effect on a run.
 
-use chebclear::contact::clearance::SlidingVelocity;
 use chebclear::contact::normal::{Damping, NormalLaw};
+use chebclear::contact::pair::SlidingVelocity;
 use chebclear::run::settings::Settings;
 use chebclear::run::trajectory::{EventKind, Trajectory, simulate_from};
 use chebclear::scene::parts::{Force, ForceFrame, Joint, Scene};

@@ -1,8 +1,8 @@
 //! Simulations whose result has a closed form or a conservation law.
 
-use chebclear::contact::clearance::SlidingVelocity;
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::{Damping, NormalLaw};
+use chebclear::contact::pair::SlidingVelocity;
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::run::settings::Settings;
 use chebclear::run::trajectory::{EventKind, Trajectory, simulate, simulate_from};

@@ -1,7 +1,7 @@
 //! A run that goes on where another ended is that of a single run, within the error of that.
 
-use chebclear::contact::clearance::Phase;
 use chebclear::contact::normal::Latch;
+use chebclear::contact::pair::Phase;
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::run::contacts::Contact;
 use chebclear::run::restart::Restart;
@@ -112,7 +112,7 @@ fn two_runs_are_one_within_the_error_of_that() {
         let mechanism = compile(&scene);
         let tight = Settings { rtol: 1e-11, ..settings(Method::Rodas5P, duration, 2) };
         let truth = run(&mechanism, &tight);
-        let unit = mechanism.clearance_joints.first().map_or(1.0, |joint| joint.law.clearance);
+        let unit = mechanism.slots.first().map_or(1.0, |joint| joint.law.clearance);
         for method in METHODS {
             let whole = run(&mechanism, &settings(method, duration, 5));
             // Impacts are chaotic: tolerances that differ by 1e-4 move an error by a factor of up to 18. So the

@@ -193,7 +193,7 @@ fn same_bits(scene: &Scene, duration: f64, units: Units) {
         let base = Units::SAME.run(scene, duration, method);
         let scaled = units.run(scene, duration, method);
         assert_eq!(base.status.word(), "done");
-        assert!(!base.events.is_empty() || compile(scene).clearance_joints.is_empty());
+        assert!(!base.events.is_empty() || compile(scene).slots.is_empty());
         assert_eq!(base.columns, scaled.columns);
         let factors: Vec<f64> = base.columns.iter().map(|column| units.of(column)).collect();
         for (row, (expected, found)) in
@@ -233,7 +233,7 @@ fn mixed() -> Scene {
         clearance: 1e-4,
         contact: NormalLaw { stiffness: 1e9, exponent: 1.5, damping: Damping::Elastic },
         friction: None,
-        sliding: chebclear::contact::clearance::SlidingVelocity::Surface,
+        sliding: chebclear::contact::pair::SlidingVelocity::Surface,
         impact_velocity_floor: None,
     });
     scene

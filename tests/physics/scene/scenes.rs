@@ -1,8 +1,8 @@
 //! What is refused, all at once and with paths; what is read; how a failed run says so.
 
-use chebclear::contact::clearance::SlidingVelocity;
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::{Damping, NormalLaw};
+use chebclear::contact::pair::SlidingVelocity;
 use chebclear::error::InputError;
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::run::settings::Settings;

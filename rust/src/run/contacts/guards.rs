@@ -1,6 +1,6 @@
 //! Guards of a clearance joint, whose zeros change its phase, and what contacts ask of a step.
 
-use crate::contact::clearance::{ContactState, Phase};
+use crate::contact::pair::{ContactState, Phase};
 use crate::integrators::events::Guard;
 use crate::mechanism::compiled::Mechanism;
 use crate::run::contacts::log::ContactLog;
@@ -64,9 +64,9 @@ impl StepDemands {
         is_inside: bool,
         index: usize,
     ) -> [Guard; GUARDS] {
-        let joint = &motion.mechanism.clearance_joints[index];
+        let joint = &motion.mechanism.slots[index];
         let dynamics = if is_inside { &motion.inside } else { &motion.dynamics };
-        let ends = dynamics.joint_ends(joint);
+        let ends = dynamics.slot_ends(joint);
         let state = dynamics.contact_without_forces(joint, &ends);
         let steep = joint.law.stick_velocity();
         self.breaks_away |= self.sticks_at_start(motion, index)
@@ -81,7 +81,7 @@ impl StepDemands {
     /// Whether a clearance joint stuck under load at the start of the step.
     #[inline(always)]
     pub(crate) fn sticks_at_start(&self, motion: &Motion, index: usize) -> bool {
-        let steep = motion.mechanism.clearance_joints[index].law.stick_velocity();
+        let steep = motion.mechanism.slots[index].law.stick_velocity();
         self.slides[index].zip(steep).is_some_and(|(sliding, steep)| sliding.abs() < steep)
     }
 
@@ -164,7 +164,7 @@ fn tension_guard(
     let Phase::Contact { latch, clipped } = motion.dynamics.phases[index] else {
         return Guard::INACTIVE;
     };
-    let law = &motion.mechanism.clearance_joints[index].law.normal;
+    let law = &motion.mechanism.slots[index].law.normal;
     let slope = law.force_ratio_slope(state.penetration, state.penetration_rate, latch);
     if slope == 0.0 {
         return Guard::INACTIVE;

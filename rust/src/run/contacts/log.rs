@@ -1,6 +1,6 @@
 //! The log of events and contacts that a run keeps, an observer of its steps; it is cut where the sampled time begins.
 
-use crate::dynamics::{JointMotion, relative_motion};
+use crate::dynamics::{SlotMotion, relative_motion};
 use crate::integrators::dense::DenseStep;
 use crate::run::contacts::{Contact, Event, EventKind, ForceSample, OpenContact, Stick};
 use crate::run::motion::Motion;
@@ -97,8 +97,8 @@ impl ContactLog {
 
     /// Records the force of an open contact, after [`Dynamics::accelerate`].
     pub(crate) fn watch_contact(&mut self, motion: &Motion, t: f64, index: usize) {
-        let joint = &motion.mechanism.clearance_joints[index];
-        let relative = motion.dynamics.joint_motion(joint);
+        let joint = &motion.mechanism.slots[index];
+        let relative = motion.dynamics.slot_motion(joint);
         let acceleration = relative.acceleration.into();
         let phase = motion.dynamics.phases[index];
         let (state, rate) = joint.law.state_with_rate(&relative_motion(&relative), acceleration, phase);
@@ -111,10 +111,10 @@ impl ContactLog {
         motion: &Motion,
         t: f64,
         index: usize,
-        relative: &JointMotion,
+        relative: &SlotMotion,
         [force, rate]: [f64; 2],
     ) {
-        let law = &motion.mechanism.clearance_joints[index].law;
+        let law = &motion.mechanism.slots[index].law;
         let phase = motion.dynamics.phases[index];
         if let Some(open) = &mut self.open[index] {
             let acceleration = relative.acceleration.into();

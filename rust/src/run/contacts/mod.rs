@@ -7,7 +7,7 @@ pub(crate) mod log;
 pub(crate) mod onset;
 pub(crate) mod switches;
 
-use crate::contact::clearance::RelativeMotion;
+use crate::contact::pair::RelativeMotion;
 use crate::numerics::extremum::highest_within;
 
 /// Kind of an event.

@@ -1,6 +1,7 @@
 //! The damping of a contact, fixed at its onset or at the start of a run that begins in contact.
 
-use crate::contact::clearance::Phase;
+use crate::contact::pair::Phase;
+use crate::dynamics::relative_motion;
 use crate::run::contacts::OpenContact;
 use crate::run::contacts::guards::gap_resolution;
 use crate::run::contacts::log::ContactLog;
@@ -34,7 +35,7 @@ pub(crate) fn onset(
     index: usize,
 ) -> Onset {
     let mechanism = motion.mechanism;
-    let law = &mechanism.clearance_joints[index].law.normal;
+    let law = &mechanism.slots[index].law.normal;
     let mass = contact_mass(motion, t, q, v, index);
     let impact_velocity = surface_velocity(motion, index);
     let floor = tolerances.impact_velocity_floor(mechanism, index);
@@ -56,11 +57,10 @@ pub(crate) fn onset(
 fn surface_velocity(motion: &mut Motion, index: usize) -> f64 {
     motion.dynamics.accelerate(&motion.a);
     let state = motion.dynamics.contact_state(index);
-    let relative = motion.dynamics.joint_motion(&motion.mechanism.clearance_joints[index]);
-    let distance = relative.eccentricity.norm();
-    let tangential = relative.eccentricity.perp(&relative.rate) / distance;
+    let slot = &motion.mechanism.slots[index];
+    let relative = motion.dynamics.slot_motion(slot);
     let acceleration =
-        relative.eccentricity.dot(&relative.acceleration) / distance + tangential * tangential / distance;
+        slot.law.penetration_acceleration(&relative_motion(&relative), relative.acceleration.into());
     let square = state.penetration_rate.powi(2) - 2.0 * acceleration * state.penetration;
     if square.is_nan() { state.penetration_rate } else { square.max(0.0).sqrt() }
 }
@@ -72,12 +72,12 @@ pub(crate) fn begin_contacts(motion: &mut Motion, log: &mut ContactLog, q: &[f64
     for index in 0..motion.dynamics.phases.len() {
         let state = motion.dynamics.contact_state(index);
         let mechanism = motion.mechanism;
-        let joint = &mechanism.clearance_joints[index];
+        let joint = &mechanism.slots[index];
         let law = &joint.law.normal;
         let slowest =
             joint.impact_velocity_floor.unwrap_or(mechanism.scales.contacts[index].resting_velocity);
         // A journal that the scene places on the surface may lie on either side by a rounding error.
-        let touches = state.penetration > -gap_resolution(mechanism, &motion.dynamics.joint_ends(joint));
+        let touches = state.penetration > -gap_resolution(mechanism, &motion.dynamics.slot_ends(joint));
         let rests = touches && state.penetration_rate.abs() < slowest;
         if !(state.penetration > 0.0 || rests) {
             continue;
@@ -106,7 +106,7 @@ fn contact_mass(motion: &mut Motion, t: f64, q: &[f64], v: &[f64], index: usize)
     if !motion.dynamics.acceleration(t, q, v, &mut motion.a) {
         return f64::INFINITY;
     }
-    let joint = &motion.mechanism.clearance_joints[index];
-    let normal = motion.dynamics.joint_motion(joint).eccentricity.normalize();
-    motion.dynamics.accelerance([joint.bearing, joint.journal]).mass_along(normal)
+    let slot = &motion.mechanism.slots[index];
+    let normal = motion.dynamics.slot_normal(slot);
+    motion.dynamics.accelerance(motion.dynamics.touching_points(slot)).mass_along(normal)
 }

@@ -8,7 +8,7 @@
 //! (docs/decisions.md), so p depends on that change, and on the last gaps; elsewhere p is in proportion to
 //! the error estimate of the step, which gaps follow, and as small as the sampling error of the sum allows.
 
-use crate::contact::clearance::{ContactState, Phase, SlidingVelocity};
+use crate::contact::pair::{ContactState, Phase, SlidingVelocity};
 use crate::integrators::dense::DenseStep;
 use crate::mechanism::compiled::Mechanism;
 use crate::run::motion::Motion;
@@ -182,7 +182,7 @@ impl Balance {
             run: [begin, settings.skip + settings.duration],
             limit: settings.rtol.clamp(least, most),
             least_rounding: ROUNDING * energy,
-            slides: vec![Slide { velocity: 1.0, rate: 0.0 }; mechanism.clearance_joints.len()],
+            slides: vec![Slide { velocity: 1.0, rate: 0.0 }; mechanism.slots.len()],
             ..Self::default()
         }
     }
@@ -326,7 +326,7 @@ impl Balance {
 impl Slide {
     /// How a contact slides in a state.
     fn of(motion: &Motion, index: usize, state: &ContactState<f64>) -> Self {
-        let joint = &motion.mechanism.clearance_joints[index];
+        let joint = &motion.mechanism.slots[index];
         let (Phase::Contact { clipped: false, .. }, Some(law)) =
             (motion.dynamics.phases[index], joint.law.friction)
         else {

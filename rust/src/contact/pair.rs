@@ -1,8 +1,12 @@
-//! Geometry and force of a revolute joint with clearance, section 2 of `[Xiang2020]`.
+//! Geometry and force of a pair of surfaces that may touch: a journal in its bearing, section 2 of `[Xiang2020]`, or a
+//! corner or pin against a straight face.
 //!
 //! The journal (radius R_J) turns inside the bearing (radius R_B = R_J + c). The eccentricity
 //! **e** points from the bearing's center to the journal's, Eq. (1); the normal **n** = **e**/|**e**|
 //! and the tangent **t** (n turned by +90°) are Eq. (4).
+//!
+//! A face is fixed to the first body. Seen from that body, the point **e** of the second body touches it where its
+//! distance n·e reaches a limit: everything is as in a bearing, but the normal keeps its direction.
 
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::{Latch, NormalLaw};
@@ -20,28 +24,47 @@ pub enum SlidingVelocity {
     /// The geometric contact points, as printed in Eq. (5) and (6): v_T = ė·t (1 - c/|e|).
     ///
     /// It omits the rotation of the bodies and contains the factor δ/|e|, so that friction nearly
-    /// vanishes. It exists to reproduce published results.
+    /// vanishes. It exists to reproduce published results. Faces have none of it.
     ContactPoint,
 }
 
-/// Dimensions and laws of one clearance joint: the force depends on these and the relative motion alone.
+/// The two surfaces of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClearanceLaw {
-    /// Radial clearance c [m].
+pub enum Surfaces {
+    /// A journal inside a bearing.
+    Bearing {
+        /// Journal radius R_J [m].
+        journal_radius: f64,
+        /// Bearing radius R_B [m].
+        bearing_radius: f64,
+    },
+    /// A round edge of the second body, or a corner of radius zero, against a straight face of the first.
+    Face {
+        /// Unit vector into the face, in the axes of the first body.
+        normal: [f64; 2],
+        /// Distance of the center of the edge along the normal at which the surfaces touch [m].
+        limit: f64,
+        /// Radius of the edge [m].
+        radius: f64,
+    },
+}
+
+/// Dimensions and laws of one contact: the force depends on these and the relative motion alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactLaw {
+    /// The surfaces.
+    pub surfaces: Surfaces,
+    /// Clearance [m]: how far the second point can move from the middle of its play until the surfaces touch.
     pub clearance: f64,
-    /// Journal radius R_J [m].
-    pub journal_radius: f64,
-    /// Bearing radius R_B [m].
-    pub bearing_radius: f64,
     /// Normal force.
     pub normal: NormalLaw,
-    /// Friction, if the joint has any.
+    /// Friction, if there is any.
     pub friction: Option<FrictionLaw>,
     /// Convention of the sliding velocity.
     pub sliding: SlidingVelocity,
 }
 
-/// Whether the journal touches the bearing.
+/// Whether the surfaces touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Phase {
     /// No contact: the force is zero, whatever the penetration.
@@ -56,21 +79,23 @@ pub enum Phase {
     },
 }
 
-/// Relative motion of journal and bearing on which the contact force depends.
+/// Relative motion on which the contact force depends: in a bearing in the axes of the world, at a face that of the
+/// second point seen from the first body, in its axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelativeMotion<S> {
-    /// Eccentricity vector e [m].
+    /// Vector e from the first point to the second [m].
     pub eccentricity: [S; 2],
     /// Its rate ė [m/s].
     pub rate: [S; 2],
-    /// Rolling velocity of the surfaces ω_J R_J - ω_B R_B [m/s].
+    /// Rolling velocity of the surfaces [m/s]: ω_J R_J - ω_B R_B in a bearing, the radius of the edge times ω_b - ω_a
+    /// at a face.
     pub spin: S,
 }
 
-/// Penetration, velocities and forces of a contact, for the journal relative to the bearing.
+/// Penetration, velocities and forces of a contact, for the second body relative to the first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactState<S> {
-    /// Penetration δ = |e| - c [m], Eq. (2); negative in free flight.
+    /// Penetration [m], δ = |e| - c in a bearing, Eq. (2); negative in free flight.
     pub penetration: S,
     /// Penetration rate δ̇ = ė·n [m/s].
     pub penetration_rate: S,
@@ -78,15 +103,15 @@ pub struct ContactState<S> {
     pub sliding_velocity: S,
     /// Normal force F_N [N], positive in compression.
     pub normal_force: S,
-    /// Component of the force on the journal along t [N].
+    /// Component of the force on the second body along t [N].
     pub friction_force: S,
-    /// Force on the journal in the world frame [N].
+    /// Force on the second body in the axes of the relative motion [N].
     pub force: [S; 2],
 }
 
 /// Position and velocity of the surfaces relative to each other, with the directions of the forces.
 struct Geometry<S> {
-    /// 1/|e|.
+    /// 1/|e|; not used at a face.
     inverse: S,
     normal: [S; 2],
     penetration: S,
@@ -95,12 +120,21 @@ struct Geometry<S> {
     tangential_velocity: S,
 }
 
-impl ClearanceLaw {
-    /// The geometry of the joint; `None` where the normal is undefined, as in a concentric start.
+impl ContactLaw {
+    /// The geometry of the contact; `None` where the normal is undefined, as in a concentric start.
     #[inline(always)]
     fn geometry<S: Scalar>(&self, motion: &RelativeMotion<S>) -> Option<Geometry<S>> {
         let [ex, ey] = motion.eccentricity;
         let [vx, vy] = motion.rate;
+        if let Surfaces::Face { normal: [nx, ny], limit, .. } = self.surfaces {
+            return Some(Geometry {
+                inverse: S::constant(0.0),
+                normal: [nx, ny].map(S::constant),
+                penetration: ex * nx + ey * ny - limit,
+                penetration_rate: vx * nx + vy * ny,
+                tangential_velocity: vy * nx - vx * ny,
+            });
+        }
         let square = ex * ex + ey * ey;
         if square.value() < CONCENTRIC {
             return None;
@@ -118,12 +152,34 @@ impl ClearanceLaw {
         })
     }
 
+    /// Acceleration of the penetration [m/s²] for a relative acceleration [m/s²]; called away from a concentric joint.
+    pub fn penetration_acceleration(&self, motion: &RelativeMotion<f64>, [ax, ay]: [f64; 2]) -> f64 {
+        let [ex, ey] = motion.eccentricity;
+        let [vx, vy] = motion.rate;
+        match self.surfaces {
+            Surfaces::Face { normal: [nx, ny], .. } => ax * nx + ay * ny,
+            Surfaces::Bearing { .. } => {
+                let distance = (ex * ex + ey * ey).sqrt();
+                let tangential = (ex * vy - ey * vx) / distance;
+                (ex * ax + ey * ay) / distance + tangential * tangential / distance
+            }
+        }
+    }
+
+    /// Size of the surfaces [m], against which penetrations are small: the radius of the journal. A corner has none.
+    pub fn size(&self) -> f64 {
+        match self.surfaces {
+            Surfaces::Bearing { journal_radius, .. } => journal_radius,
+            Surfaces::Face { radius, .. } => radius,
+        }
+    }
+
     /// Sliding velocity of the two material surfaces [m/s], whichever convention the friction law uses.
     pub fn surface_velocity(&self, motion: &RelativeMotion<f64>) -> f64 {
         self.geometry(motion).map_or(0.0, |geometry| geometry.tangential_velocity + motion.spin)
     }
 
-    /// Penetration, velocities and forces of the joint.
+    /// Penetration, velocities and forces of the contact.
     ///
     /// Where the normal is undefined, forces and rates are zero.
     #[inline(always)]
@@ -155,18 +211,18 @@ impl ClearanceLaw {
             Some(law) => -(law.signed_coefficient(sliding_velocity) * normal_force),
             None => zero,
         };
-        // On the journal: the normal force pushes it back inside, friction acts along t = (-ny, nx).
+        // On the second body: the normal force pushes it back, friction acts along t = (-ny, nx).
         let force = [-(normal_force * nx) - friction_force * ny, friction_force * nx - normal_force * ny];
         ContactState { penetration, penetration_rate, sliding_velocity, normal_force, friction_force, force }
     }
 
-    /// Penetration and velocities alone: the state of the joint without its forces.
+    /// Penetration and velocities alone: the state of the contact without its forces.
     #[inline]
     pub fn without_forces(&self, motion: &RelativeMotion<f64>) -> ContactState<f64> {
-        ClearanceLaw { friction: None, ..*self }.evaluate(motion, Phase::Free)
+        ContactLaw { friction: None, ..*self }.evaluate(motion, Phase::Free)
     }
 
-    /// Force on the journal and friction, with their derivatives with respect to
+    /// Force on the second body and friction, with their derivatives with respect to
     /// (e_x, e_y, ė_x, ė_y, spin): `[force_x, force_y, friction_force]`.
     pub fn force_gradient(&self, motion: &RelativeMotion<f64>, phase: Phase) -> [Dual<5>; 3] {
         let dual = RelativeMotion {
@@ -193,7 +249,7 @@ impl ClearanceLaw {
             rate: along(motion.rate, acceleration),
             spin: Dual::constant(motion.spin),
         };
-        let state = ClearanceLaw { friction: None, ..*self }.evaluate::<Dual<1>>(&dual, phase);
+        let state = ContactLaw { friction: None, ..*self }.evaluate::<Dual<1>>(&dual, phase);
         let values = ContactState {
             penetration: state.penetration.value,
             penetration_rate: state.penetration_rate.value,
