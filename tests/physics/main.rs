@@ -28,6 +28,7 @@ mod dynamics {
     pub(crate) mod cartesian;
     pub(crate) mod constraints;
     mod expressions;
+    mod guides;
     mod loops;
     mod mechanics;
     pub(crate) mod random_trees;

@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from ..errors import Problem, StartError
-from ..scene.scene import ClearanceRevolute, Scene, Table, compiled
+from ..scene.parts import joints_with_play, owner_of
+from ..scene.scene import Scene, Table, compiled
 from .notices import Notice
 from .settings import Settings
 from .trajectory import EndState
@@ -92,7 +93,7 @@ def _require_whole(scene: Scene, start: EndState, settings: Settings) -> None:
     assert start.scene is not None
     facts = scene.check()
     driven = {drive.joint for drive in scene.drives}
-    joints = [joint for joint in scene.joints if isinstance(joint, ClearanceRevolute)]
+    clearances = {joint.name: joint.clearance for joint in joints_with_play(scene.joints)}
     prescribed = facts.degrees_of_freedom == 0
     moved = {joint.name for joint in scene.joints} if prescribed else driven
     columns = [
@@ -102,7 +103,7 @@ def _require_whole(scene: Scene, start: EndState, settings: Settings) -> None:
     ]
     # Drives first, since jumps of other joints follow from them.
     columns.sort(key=lambda name: name.rpartition(".")[0] not in driven)
-    columns += [f"{joint.name}.penetration" for joint in joints]
+    columns += [f"{name}.penetration" for name in facts.clearance_joints if owner_of(name) in clearances]
     if not columns and not facts.cut_joints:
         return
     new = _look(scene, start, settings, columns)
@@ -114,10 +115,11 @@ def _require_whole(scene: Scene, start: EndState, settings: Settings) -> None:
     for name, before, after in zip(columns, old["values"][0], new["values"][0], strict=False):
         owner, _, quantity = name.rpartition(".")
         if quantity == "penetration":
-            (clearance,) = (joint.clearance for joint in joints if joint.name == owner)
+            clearance = clearances[owner_of(owner)]
             if after > max(before, 0.0) + clearance:
+                place = f"{after:.2g} m deep in {'its bearing' if owner in clearances else 'a face'}"
                 message = (
-                    f'the journal of joint "{owner}" would start {after:.2g} m deep in its bearing, deeper '
+                    f'the contact of joint "{owner}" would start {place}, deeper '
                     f"than its clearance of {clearance:.2g} m: lengths, drives or clearances do not fit the "
                     "state in which the run ended"
                 )

@@ -18,7 +18,8 @@ from ..base.units import units
 from ..plots.drawing.scene import plot_scene
 from ..report.document import Document, Finding, Items, Listing, Picture, Section, Table
 from ..scene.columns import column_unit
-from ..scene.scene import ClearanceRevolute, Scene
+from ..scene.parts import joints_with_play
+from ..scene.scene import Scene
 from ..scene.usual import usual_outputs
 from .settings import Settings
 
@@ -165,7 +166,7 @@ def _contacts_table(run: Trajectory) -> Table:
 
 def mechanism_picture(scene: Scene) -> Picture:
     """The mechanism at its start."""
-    loose = [joint.name for joint in scene.joints if isinstance(joint, ClearanceRevolute)]
+    loose = [joint.name for joint in joints_with_play(scene.joints)]
     bodies = f"{len(scene.bodies)} {'body' if len(scene.bodies) == 1 else 'bodies'}"
     play = f"clearance at {', '.join(loose)}" if loose else "no clearance"
     return Picture(

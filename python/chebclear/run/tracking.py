@@ -8,7 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.scene import ClearanceRevolute, Scene, compiled
+from ..scene.parts import has_contacts
+from ..scene.scene import Scene, compiled
 from .features import Feature
 from .settings import Settings
 
@@ -48,7 +49,7 @@ def settling_time(scene: Scene) -> float:
     A little less than that, so that rounding puts nothing of the second revolution before it. Minus
     infinity without clearance or a drive at constant speed.
     """
-    if not any(isinstance(joint, ClearanceRevolute) for joint in scene.joints):
+    if not has_contacts(scene.joints):
         return -np.inf
     try:
         return (1.0 - 1e-9) * scene.period

@@ -31,6 +31,8 @@ _COLUMNS = {
     "displacement": ("m", "displacement in"),
     "velocity": ("m/s", "velocity in"),
     "acceleration": ("m/s²", "acceleration in"),
+    "offset": ("m", "offset in"),
+    "tilt": ("rad", "tilt in"),
     "deflection": ("m", "deflection of"),
     "force_x": ("N", "x force of"),
     "force_y": ("N", "y force of"),

@@ -15,7 +15,17 @@ from ..base.shown import listed
 from ..base.units import units
 from ..errors import SceneError
 from .functions import Table, unit_of_points
-from .parts import GROUND, Body, ClearanceRevolute, Inspection, Prismatic, ends_of, loose_joints, owner_of
+from .parts import (
+    GROUND,
+    Body,
+    Inspection,
+    Prismatic,
+    Stop,
+    ends_of,
+    has_contacts,
+    joints_with_play,
+    owner_of,
+)
 from .schema import Part, Points
 
 if TYPE_CHECKING:
@@ -33,7 +43,7 @@ def summarize_scene(scene: Scene) -> str:
         if found:
             names = (str(getattr(part, "name", None) or type(part).__name__.lower()) for part in found)
             lines.append(f"  {name}: {listed(names)}")
-    clearances = [part for part in parts["joints"] if isinstance(part, ClearanceRevolute)]
+    clearances = joints_with_play(parts["joints"])
     if clearances:
         lines.append(
             f"  clearance: {listed(f'{part.name} {_number(part.clearance)} m' for part in clearances)}"
@@ -159,11 +169,13 @@ def _floors(joints: Iterable[Any], facts: Inspection | None) -> dict[str, str]:
     """The default floor of the impact velocity of each clearance joint for which the scene gives none."""
     if facts is None:
         return {}
-    clearance = loose_joints(joints)
+    # The contacts of a guide have about the same.
+    floors = zip(facts.clearance_joints, facts.impact_velocity_floors, strict=True)
+    found = {owner_of(name): floor for name, floor in floors}
     return {
-        joint.name: f"{floor:.3g} m/s at the default rtol, in proportion to rtol"
-        for joint, floor in zip(clearance, facts.impact_velocity_floors, strict=True)
-        if joint.impact_velocity_floor is None
+        joint.name: f"{found[joint.name]:.3g} m/s at the default rtol, in proportion to rtol"
+        for joint in joints
+        if joint.name in found and joint.impact_velocity_floor is None
     }
 
 
@@ -240,7 +252,7 @@ def _fields(fields: dict[str, Any], unit: dict[str, str]) -> str:
 def _mobility(scene: Scene, facts: Inspection) -> list[str]:
     """Degrees of freedom, coordinates, loops and cut joints."""
     joints = {joint.name: joint for joint in scene.joints}
-    clearance = [name for name in facts.cut_joints if isinstance(joints[name], ClearanceRevolute)]
+    clearance = [name for name in facts.cut_joints if has_contacts([joints[name]])]
     closures = [name for name in facts.cut_joints if name not in clearance]
     freedom = facts.degrees_of_freedom
     reason = f"{len(facts.coordinates)} {_plural('coordinates', len(facts.coordinates))}"
@@ -259,7 +271,9 @@ def _mobility(scene: Scene, facts: Inspection) -> list[str]:
     loops = len(scene.joints) - len(facts.bodies) + (0 if GROUND in ends else 1)
     lines.append(f"independent loops: {loops}")
     lines += ["cut joints" if facts.cut_joints else "cut joints: none"]
-    lines += [f"  {name}: it has clearance and acts by a contact force" for name in clearance]
+    for name in clearance:
+        play = "" if isinstance(joints[name], Stop) else "has clearance and "
+        lines.append(f"  {name}: it {play}acts by a contact force")
     lines += [f"  {name}: it closes a loop of ideal joints, by two Lagrange multipliers" for name in closures]
     if closures:
         lines.append("redundant constraints: none, the loop equations are independent at the start")

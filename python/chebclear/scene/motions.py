@@ -131,3 +131,36 @@ class ClearanceStart(Part):
     joint: str
     eccentricity: Vector = field(metadata=unit("m"))
     rate: Vector = field(default=(0.0, 0.0), metadata=unit("m/s"))
+
+
+@dataclass(frozen=True)
+class GuideStart(Part):
+    """Initial place of what slides in a guide with play; by default in the middle, without tilt and at rest.
+
+    Parameters
+    ----------
+    joint : str
+        Name of the `ClearancePrismatic` or `PinInSlot`.
+    offset : float
+        Distance of its point from the axis, to the left of it [m].
+    tilt : float
+        Angle of the block against the guide [rad]; a pin has none.
+    displacement : float, optional
+        Displacement along the axis [m]; if not given it follows from the other joints.
+    offset_rate : float
+        Rate of the offset [m/s].
+    tilt_rate : float
+        Rate of the tilt [rad/s].
+    velocity : float, optional
+        Rate of the displacement [m/s]; if not given it follows from the other joints.
+    """
+
+    _tag = ("type", "guide")
+
+    joint: str
+    offset: float = field(default=0.0, metadata=unit("m"))
+    tilt: float = field(default=0.0, metadata=unit("rad"))
+    displacement: float | None = field(default=None, metadata=unit("m"))
+    offset_rate: float = field(default=0.0, metadata=unit("m/s"))
+    tilt_rate: float = field(default=0.0, metadata=unit("rad/s"))
+    velocity: float | None = field(default=None, metadata=unit("m/s"))

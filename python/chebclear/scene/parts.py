@@ -10,7 +10,7 @@ from ..base.shown import Shown
 from ..base.units import unit
 from .forces import Bushing, Damper, Force, Gravity, Spring, Torque, TorsionDamper, TorsionSpring
 from .laws import CONTACT_LAWS, ContactLaw, FrictionLaw, ModifiedCoulomb, SmoothedCoulomb
-from .motions import BodyStart, ClearanceStart, JointStart, Motion, Speed
+from .motions import BodyStart, ClearanceStart, GuideStart, JointStart, Motion, Speed
 from .schema import Part, Points, Vector
 
 
@@ -164,10 +164,142 @@ class ClearanceRevolute(Part):
     impact_velocity_floor: float | None = field(default=None, metadata=unit("m/s"))
 
 
-Joint: TypeAlias = Revolute | Prismatic | Fixed | ClearanceRevolute
+@dataclass(frozen=True)
+class ClearancePrismatic(Part):
+    """A guide with play: a block moves freely between two parallel faces until its corners touch them.
+
+    Which corners touch decides whether it is free, leans on one corner, lies flat on a face or is tilted
+    across the guide. The faces are as long as the block may slide.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    a, b : str
+        A point in the middle between the faces and the middle of the block, as ``"body.point"``.
+    axis : (float, float)
+        Direction of the guide in the frame of body a [-], of any length.
+    length, height : float
+        Size of the block along and across the axis [m].
+    clearance : float
+        Distance of the block in the middle to each face [m]: half of the whole play.
+    contact : LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley, KelvinVoigt, Impact or Hertz
+        Law of the normal force of each corner.
+    friction : ModifiedCoulomb or SmoothedCoulomb, optional
+        Law of the friction force; none if not given.
+    angle : float
+        Angle of body b relative to body a without tilt [rad].
+    corners : {"b", "a"}
+        The body that has the corners. With ``"a"`` it is a sleeve of this length that slides on a longer rod
+        of this height, which belongs to body b.
+    impact_velocity_floor : float, optional
+        Lower bound of the impact velocity in the contact law [m/s], as that of `ClearanceRevolute`.
+
+    Notes
+    -----
+    A corner at a distance y from the axis penetrates by ``|y| - height / 2 - clearance``. Its force acts on
+    both bodies in the corner, so that momentum, angular momentum and energy are kept exactly. In the plane an
+    edge has no stiffness of its own: that of the law is that of the edge over its whole width.
+
+    Corners are named as seen along the axis: ``front_left``, ``front_right``, ``rear_left``, ``rear_right``.
+    Outputs such as ``"guide.front_left.normal_force"`` belong to one of them, others such as
+    ``"guide.tilt"`` to the whole.
+    """
+
+    _tag = ("type", "clearance_prismatic")
+    _choices: ClassVar = {"contact": CONTACT_LAWS, "friction": (ModifiedCoulomb, SmoothedCoulomb)}
+
+    name: str
+    a: str
+    b: str
+    axis: Vector = field(metadata=unit("-"))
+    length: float = field(metadata=unit("m"))
+    height: float = field(metadata=unit("m"))
+    clearance: float = field(metadata=unit("m"))
+    contact: ContactLaw
+    friction: FrictionLaw | None = None
+    angle: float = field(default=0.0, metadata=unit("rad"))
+    corners: str = "b"
+    impact_velocity_floor: float | None = field(default=None, metadata=unit("m/s"))
+
+
+@dataclass(frozen=True)
+class PinInSlot(Part):
+    """A pin in a straight slot with play: it moves and turns freely until it touches one of the two faces.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    slot, pin : str
+        A point in the middle between the faces and the center of the pin, as ``"body.point"``.
+    axis : (float, float)
+        Direction of the slot in the frame of its body [-], of any length.
+    pin_radius : float
+        Radius of the pin [m].
+    clearance : float
+        Distance of the pin in the middle to each face [m]: half of the whole play.
+    contact : LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley, KelvinVoigt, Impact or Hertz
+        Law of the normal force.
+    friction : ModifiedCoulomb or SmoothedCoulomb, optional
+        Law of the friction force; none if not given.
+    impact_velocity_floor : float, optional
+        Lower bound of the impact velocity in the contact law [m/s], as that of `ClearanceRevolute`.
+    """
+
+    _tag = ("type", "pin_in_slot")
+    _choices: ClassVar = {"contact": CONTACT_LAWS, "friction": (ModifiedCoulomb, SmoothedCoulomb)}
+
+    name: str
+    slot: str
+    pin: str
+    axis: Vector = field(metadata=unit("-"))
+    pin_radius: float = field(metadata=unit("m"))
+    clearance: float = field(metadata=unit("m"))
+    contact: ContactLaw
+    friction: FrictionLaw | None = None
+    impact_velocity_floor: float | None = field(default=None, metadata=unit("m/s"))
+
+
+@dataclass(frozen=True)
+class Stop(Part):
+    """A one-sided stop: a corner or a round edge of body b cannot pass a straight face of body a.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    a, b : str
+        A point of the face and the corner, or the center of the edge, as ``"body.point"``.
+    normal : (float, float)
+        Direction out of the face in the frame of body a [-], of any length; the face has no ends.
+    contact : LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley, KelvinVoigt, Impact or Hertz
+        Law of the normal force.
+    friction : ModifiedCoulomb or SmoothedCoulomb, optional
+        Law of the friction force; none if not given.
+    radius : float
+        Radius of the edge [m]; zero for a corner.
+    impact_velocity_floor : float, optional
+        Lower bound of the impact velocity in the contact law [m/s], as that of `ClearanceRevolute`.
+    """
+
+    _tag = ("type", "stop")
+    _choices: ClassVar = {"contact": CONTACT_LAWS, "friction": (ModifiedCoulomb, SmoothedCoulomb)}
+
+    name: str
+    a: str
+    b: str
+    normal: Vector = field(metadata=unit("-"))
+    contact: ContactLaw
+    friction: FrictionLaw | None = None
+    radius: float = field(default=0.0, metadata=unit("m"))
+    impact_velocity_floor: float | None = field(default=None, metadata=unit("m/s"))
+
+
+Joint: TypeAlias = Revolute | Prismatic | Fixed | ClearanceRevolute | ClearancePrismatic | PinInSlot | Stop
 AnyForce: TypeAlias = Gravity | Spring | Damper | Bushing | TorsionSpring | TorsionDamper | Force | Torque
 Drive: TypeAlias = Speed | Motion
-Start: TypeAlias = JointStart | BodyStart | ClearanceStart
+Start: TypeAlias = JointStart | BodyStart | ClearanceStart | GuideStart
 
 
 @dataclass(frozen=True, repr=False)
@@ -191,8 +323,8 @@ class Inspection(Shown):
     cut_joints : tuple[str, ...]
         Names of the joints at which loops were cut.
     impact_velocity_floors : tuple[float, ...]
-        Lower bound of the impact velocity in the contact law of each clearance joint [m/s]; that at the
-        default rtol if the scene gives none.
+        Lower bound of the impact velocity in the contact law of each of the `clearance_joints` [m/s]; that at
+        the default rtol if the scene gives none.
     branch : tuple[int, ...]
         On which side each loop was closed, as signs -1 and 1 that change only where two ways to close it
         meet, and 0 near there [-]. Clearance joints close loops too. Loops that only close together have one
@@ -215,7 +347,7 @@ class Inspection(Shown):
 
     @property
     def clearance_joints(self) -> tuple[str, ...]:
-        """Names of the joints with clearance."""
+        """Names of the joints with clearance and, of those with several contacts, of each of these."""
         return tuple(
             name.removesuffix(".penetration") for name in self.columns if name.endswith(".penetration")
         )
@@ -227,7 +359,9 @@ GROUND = "ground"
 
 def ends_of(joint: Joint) -> tuple[str, str]:
     """The two points of a joint."""
-    return (joint.bearing, joint.journal) if isinstance(joint, ClearanceRevolute) else (joint.a, joint.b)
+    if isinstance(joint, ClearanceRevolute):
+        return joint.bearing, joint.journal
+    return (joint.slot, joint.pin) if isinstance(joint, PinInSlot) else (joint.a, joint.b)
 
 
 def owner_of(end: str) -> str:
@@ -236,5 +370,17 @@ def owner_of(end: str) -> str:
 
 
 def loose_joints(joints: Iterable[Joint]) -> list[ClearanceRevolute]:
-    """Those with clearance."""
+    """Revolute joints with clearance."""
     return [joint for joint in joints if isinstance(joint, ClearanceRevolute)]
+
+
+def joints_with_play(joints: Iterable[Joint]) -> list[ClearanceRevolute | ClearancePrismatic | PinInSlot]:
+    """Joints that have a clearance."""
+    return [
+        joint for joint in joints if isinstance(joint, ClearanceRevolute | ClearancePrismatic | PinInSlot)
+    ]
+
+
+def has_contacts(joints: Iterable[Joint]) -> bool:
+    """Whether bodies touch somewhere by a contact force."""
+    return any(not isinstance(joint, Revolute | Prismatic | Fixed) for joint in joints)

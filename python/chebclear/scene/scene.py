@@ -59,6 +59,7 @@ from .laws import (
 from .motions import (
     BodyStart as BodyStart,
     ClearanceStart as ClearanceStart,
+    GuideStart as GuideStart,
     JointStart as JointStart,
     Motion as Motion,
     Speed as Speed,
@@ -66,14 +67,17 @@ from .motions import (
 from .parts import (
     AnyForce as AnyForce,
     Body as Body,
+    ClearancePrismatic as ClearancePrismatic,
     ClearanceRevolute as ClearanceRevolute,
     Drive as Drive,
     Fixed as Fixed,
     Inspection as Inspection,
     Joint as Joint,
+    PinInSlot as PinInSlot,
     Prismatic as Prismatic,
     Revolute as Revolute,
     Start as Start,
+    Stop as Stop,
 )
 from .schema import Part, Points, Vector, at_or_below, read, write
 
@@ -89,7 +93,7 @@ class Scene(Part):
     ----------
     bodies : sequence of Body
         The moving bodies.
-    joints : sequence of Revolute, Prismatic, Fixed or ClearanceRevolute
+    joints : sequence of Revolute, Prismatic, Fixed, ClearanceRevolute, ClearancePrismatic, PinInSlot or Stop
         The joints.
     forces : sequence of Gravity, Spring, Damper, Bushing, TorsionSpring, TorsionDamper, Force or Torque
         The forces.
@@ -97,7 +101,7 @@ class Scene(Part):
         The prescribed motions.
     ground : mapping of str to (float, float)
         Named points of the fixed body ``"ground"`` [m].
-    start : sequence of JointStart, BodyStart or ClearanceStart
+    start : sequence of JointStart, BodyStart, ClearanceStart or GuideStart
         Initial conditions that do not follow from the joints, the drives and the initial guesses of the
         angles of the bodies.
 
@@ -114,10 +118,10 @@ class Scene(Part):
 
     _choices: ClassVar = {
         "bodies": (Body,),
-        "joints": (Revolute, Prismatic, Fixed, ClearanceRevolute),
+        "joints": (Revolute, Prismatic, Fixed, ClearanceRevolute, ClearancePrismatic, PinInSlot, Stop),
         "forces": (Gravity, Spring, Damper, Bushing, TorsionSpring, TorsionDamper, Force, Torque),
         "drives": (Speed, Motion),
-        "start": (JointStart, BodyStart, ClearanceStart),
+        "start": (JointStart, BodyStart, ClearanceStart, GuideStart),
     }
 
     bodies: Sequence[Body]

@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .parts import ClearanceRevolute
 from .scene import Scene
 from .schema import Constants, Named, Part, Points
 
@@ -59,7 +58,7 @@ class Structure:
         """What distinguishes it from other structures."""
         joints = zip(scene.joints, self._plain["joints"], strict=True)
         self.clearances: dict[str, int] = {
-            joint.name: plain["clearance"] for joint, plain in joints if isinstance(joint, ClearanceRevolute)
+            joint.name: plain["clearance"] for joint, plain in joints if "clearance" in plain
         }
         """Index of the clearance of each joint with clearance, by name."""
 

@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-from .parts import GROUND, ClearanceRevolute, Prismatic, Revolute, ends_of, loose_joints, owner_of
+from .parts import (
+    GROUND,
+    ClearancePrismatic,
+    ClearanceRevolute,
+    PinInSlot,
+    Prismatic,
+    Revolute,
+    Stop,
+    ends_of,
+    owner_of,
+)
 from .scene import Scene
 
 MOST_OUTPUTS = 12
@@ -19,13 +29,13 @@ def usual_outputs(scene: Scene) -> list[str]:
     sliding: list[str] = []
     swinging: list[str] = []
     for joint in scene.joints:
-        if isinstance(joint, ClearanceRevolute) or joint.name in driven:
+        if isinstance(joint, ClearanceRevolute | PinInSlot | Stop) or joint.name in driven:
             continue
         ends = [owner_of(end) for end in ends_of(joint)]
         if GROUND not in ends:
             continue
         body = ends[ends[0] == GROUND]
-        if isinstance(joint, Prismatic):
+        if isinstance(joint, Prismatic | ClearancePrismatic):
             along = "x" if abs(joint.axis[0]) >= abs(joint.axis[1]) else "y"
             sliding += [f"{body}.{kind}{along}" for kind in ("", "v", "a")]
         elif isinstance(joint, Revolute):
@@ -33,7 +43,8 @@ def usual_outputs(scene: Scene) -> list[str]:
     chosen = sliding or swinging
     if not chosen:
         chosen = [f"{scene.bodies[-1].name}.{kind}" for kind in ("x", "y")]
-    chosen += [f"{joint.name}.normal_force" for joint in loose_joints(scene.joints)]
-    known = scene.check().columns
+    facts = scene.check()
+    chosen += [f"{name}.normal_force" for name in facts.clearance_joints]
+    known = facts.columns
     chosen += [f"{drive.name}.torque" for drive in scene.drives if f"{drive.name}.torque" in known]
     return list(dict.fromkeys(chosen))[:MOST_OUTPUTS]

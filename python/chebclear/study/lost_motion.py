@@ -19,14 +19,20 @@ from ..run.settings import Settings
 from ..run.simulation import simulate
 from ..scene.parts import loose_joints, owner_of
 from ..scene.scene import (
+    ClearancePrismatic,
     ClearanceRevolute,
     ClearanceStart,
     Force,
+    GuideStart,
+    Joint,
     Motion,
+    PinInSlot,
     Polynomial,
+    Prismatic,
     Revolute,
     Scene,
     Speed,
+    Stop,
     Torque,
 )
 
@@ -187,7 +193,10 @@ def _way(checks: Checks, direction: object) -> tuple[float, float] | None:
 
 
 def _play(checks: Checks, scene: Scene, clearances: object) -> dict[str, float]:
-    """The clearances of the joints that have play."""
+    """The clearances of the revolute joints that have play."""
+    slots = [joint.name for joint in scene.joints if isinstance(joint, PinInSlot)]
+    if slots:
+        checks.add(f"scene has pins in slots, {listed(slots)}: lost motion is known of revolute joints alone")
     if clearances is None:
         found = {joint.name: joint.clearance for joint in loose_joints(scene.joints)}
         if not found:
@@ -208,6 +217,15 @@ def _play(checks: Checks, scene: Scene, clearances: object) -> dict[str, float]:
     }
 
 
+def _without_play(joint: Joint) -> Joint:
+    """The ideal joint in the place of one with clearance."""
+    if isinstance(joint, ClearanceRevolute):
+        return Revolute(joint.name, joint.bearing, joint.journal)
+    if isinstance(joint, ClearancePrismatic):
+        return Prismatic(joint.name, joint.a, joint.b, joint.axis, joint.angle)
+    return joint
+
+
 def _load(at: str, way: tuple[float, float] | None) -> Force | Torque:
     """A unit load."""
     if way is None:
@@ -217,14 +235,11 @@ def _load(at: str, way: tuple[float, float] | None) -> Force | Torque:
 
 def _held(scene: Scene, speed: Speed, load: Force | Torque) -> Scene:
     """The mechanism without play, masses that matter or other forces, driven very slowly."""
-    joints = [
-        Revolute(joint.name, joint.bearing, joint.journal) if isinstance(joint, ClearanceRevolute) else joint
-        for joint in scene.joints
-    ]
+    joints = [_without_play(joint) for joint in scene.joints if not isinstance(joint, Stop)]
     rate = math.copysign(2.0 * math.pi / _SLOW, speed.speed)
     drives = [
         Motion(drive.name, drive.joint, Polynomial([speed.angle, rate])) if drive is speed else drive
         for drive in scene.drives
     ]
-    start = [one for one in scene.start if not isinstance(one, ClearanceStart)]
+    start = [one for one in scene.start if not isinstance(one, ClearanceStart | GuideStart)]
     return replace(scene, joints=joints, drives=drives, start=start, forces=[load])

@@ -39,14 +39,20 @@ pub enum Surfaces {
         bearing_radius: f64,
     },
     /// A round edge of the second body, or a corner of radius zero, against a straight face of the first.
-    Face {
-        /// Unit vector into the face, in the axes of the first body.
-        normal: [f64; 2],
-        /// Distance of the center of the edge along the normal at which the surfaces touch [m].
-        limit: f64,
-        /// Radius of the edge [m].
-        radius: f64,
-    },
+    Face(Face),
+}
+
+/// A straight face and the edge that may touch it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Face {
+    /// Unit vector into the face, in the axes of the first body.
+    pub normal: [f64; 2],
+    /// Distance of the center of the edge along the normal at which the surfaces touch [m].
+    pub limit: f64,
+    /// Radius of the edge [m].
+    pub radius: f64,
+    /// Size of the part that touches [m].
+    pub size: f64,
 }
 
 /// Dimensions and laws of one contact: the force depends on these and the relative motion alone.
@@ -109,9 +115,27 @@ pub struct ContactState<S> {
     pub force: [S; 2],
 }
 
+impl Face {
+    /// The geometry at the face.
+    #[inline(always)]
+    fn geometry<S: Scalar>(&self, motion: &RelativeMotion<S>) -> Geometry<S> {
+        let [ex, ey] = motion.eccentricity;
+        let [vx, vy] = motion.rate;
+        let [nx, ny] = self.normal;
+        Geometry {
+            // Asked for by the printed sliding velocity, which is that of a bearing.
+            inverse: S::constant(f64::NAN),
+            normal: self.normal.map(S::constant),
+            penetration: ex * nx + ey * ny - self.limit,
+            penetration_rate: vx * nx + vy * ny,
+            tangential_velocity: vy * nx - vx * ny,
+        }
+    }
+}
+
 /// Position and velocity of the surfaces relative to each other, with the directions of the forces.
 struct Geometry<S> {
-    /// 1/|e|; not used at a face.
+    /// 1/|e|.
     inverse: S,
     normal: [S; 2],
     penetration: S,
@@ -121,20 +145,11 @@ struct Geometry<S> {
 }
 
 impl ContactLaw {
-    /// The geometry of the contact; `None` where the normal is undefined, as in a concentric start.
+    /// The geometry in a bearing; `None` where the normal is undefined, as in a concentric start.
     #[inline(always)]
     fn geometry<S: Scalar>(&self, motion: &RelativeMotion<S>) -> Option<Geometry<S>> {
         let [ex, ey] = motion.eccentricity;
         let [vx, vy] = motion.rate;
-        if let Surfaces::Face { normal: [nx, ny], limit, .. } = self.surfaces {
-            return Some(Geometry {
-                inverse: S::constant(0.0),
-                normal: [nx, ny].map(S::constant),
-                penetration: ex * nx + ey * ny - limit,
-                penetration_rate: vx * nx + vy * ny,
-                tangential_velocity: vy * nx - vx * ny,
-            });
-        }
         let square = ex * ex + ey * ey;
         if square.value() < CONCENTRIC {
             return None;
@@ -157,7 +172,7 @@ impl ContactLaw {
         let [ex, ey] = motion.eccentricity;
         let [vx, vy] = motion.rate;
         match self.surfaces {
-            Surfaces::Face { normal: [nx, ny], .. } => ax * nx + ay * ny,
+            Surfaces::Face(Face { normal: [nx, ny], .. }) => ax * nx + ay * ny,
             Surfaces::Bearing { .. } => {
                 let distance = (ex * ex + ey * ey).sqrt();
                 let tangential = (ex * vy - ey * vx) / distance;
@@ -166,17 +181,29 @@ impl ContactLaw {
         }
     }
 
-    /// Size of the surfaces [m], against which penetrations are small: the radius of the journal. A corner has none.
+    /// Radii of the surfaces [m]: of the first, then of the second.
+    pub fn radii(&self) -> [f64; 2] {
+        match self.surfaces {
+            Surfaces::Bearing { bearing_radius, journal_radius } => [bearing_radius, journal_radius],
+            Surfaces::Face(face) => [face.radius, face.radius],
+        }
+    }
+
+    /// Size of the surfaces [m], against which penetrations are small: the radius of the journal.
     pub fn size(&self) -> f64 {
         match self.surfaces {
             Surfaces::Bearing { journal_radius, .. } => journal_radius,
-            Surfaces::Face { radius, .. } => radius,
+            Surfaces::Face(face) => face.size,
         }
     }
 
     /// Sliding velocity of the two material surfaces [m/s], whichever convention the friction law uses.
     pub fn surface_velocity(&self, motion: &RelativeMotion<f64>) -> f64 {
-        self.geometry(motion).map_or(0.0, |geometry| geometry.tangential_velocity + motion.spin)
+        let geometry = match self.surfaces {
+            Surfaces::Bearing { .. } => self.geometry(motion),
+            Surfaces::Face(face) => Some(face.geometry(motion)),
+        };
+        geometry.map_or(0.0, |geometry| geometry.tangential_velocity + motion.spin)
     }
 
     /// Penetration, velocities and forces of the contact.
@@ -184,21 +211,57 @@ impl ContactLaw {
     /// Where the normal is undefined, forces and rates are zero.
     #[inline(always)]
     pub fn evaluate<S: Scalar>(&self, motion: &RelativeMotion<S>, phase: Phase) -> ContactState<S> {
+        match self.surfaces {
+            Surfaces::Bearing { .. } => self.in_bearing::<S, true>(motion, phase),
+            Surfaces::Face(face) => self.at_face(&face, motion, phase),
+        }
+    }
+
+    /// The same in a bearing, with or without friction.
+    #[inline(always)]
+    pub(crate) fn in_bearing<S: Scalar, const FRICTION: bool>(
+        &self,
+        motion: &RelativeMotion<S>,
+        phase: Phase,
+    ) -> ContactState<S> {
         let zero = S::constant(0.0);
-        let Some(geometry) = self.geometry(motion) else {
-            return ContactState {
+        match self.geometry(motion) {
+            Some(geometry) => self.forces::<S, FRICTION>(geometry, motion.spin, phase),
+            None => ContactState {
                 penetration: S::constant(-self.clearance),
                 penetration_rate: zero,
                 sliding_velocity: zero,
                 normal_force: zero,
                 friction_force: zero,
                 force: [zero, zero],
-            };
-        };
+            },
+        }
+    }
+
+    /// The same at a face.
+    // Not inlined, so that what it needs is not kept ready where all contacts are bearings.
+    #[inline(never)]
+    pub(crate) fn at_face<S: Scalar>(
+        &self,
+        face: &Face,
+        motion: &RelativeMotion<S>,
+        phase: Phase,
+    ) -> ContactState<S> {
+        self.forces::<S, true>(face.geometry(motion), motion.spin, phase)
+    }
+
+    #[inline(always)]
+    fn forces<S: Scalar, const FRICTION: bool>(
+        &self,
+        geometry: Geometry<S>,
+        spin: S,
+        phase: Phase,
+    ) -> ContactState<S> {
+        let zero = S::constant(0.0);
         let Geometry { inverse, normal: [nx, ny], penetration, penetration_rate, tangential_velocity } =
             geometry;
         let sliding_velocity = match self.sliding {
-            SlidingVelocity::Surface => tangential_velocity + motion.spin,
+            SlidingVelocity::Surface => tangential_velocity + spin,
             SlidingVelocity::ContactPoint => tangential_velocity * penetration * inverse,
         };
         let normal_force = match phase {
@@ -208,18 +271,18 @@ impl ContactLaw {
             _ => zero,
         };
         let friction_force = match self.friction {
-            Some(law) => -(law.signed_coefficient(sliding_velocity) * normal_force),
-            None => zero,
+            Some(law) if FRICTION => -(law.signed_coefficient(sliding_velocity) * normal_force),
+            _ => zero,
         };
         // On the second body: the normal force pushes it back, friction acts along t = (-ny, nx).
         let force = [-(normal_force * nx) - friction_force * ny, friction_force * nx - normal_force * ny];
         ContactState { penetration, penetration_rate, sliding_velocity, normal_force, friction_force, force }
     }
 
-    /// Penetration and velocities alone: the state of the contact without its forces.
-    #[inline]
-    pub fn without_forces(&self, motion: &RelativeMotion<f64>) -> ContactState<f64> {
-        ContactLaw { friction: None, ..*self }.evaluate(motion, Phase::Free)
+    /// Penetration and velocities in a bearing alone: the state of the contact without its forces.
+    #[inline(always)]
+    pub(crate) fn in_bearing_without_forces(&self, motion: &RelativeMotion<f64>) -> ContactState<f64> {
+        self.in_bearing::<f64, false>(motion, Phase::Free)
     }
 
     /// Force on the second body and friction, with their derivatives with respect to
@@ -249,7 +312,10 @@ impl ContactLaw {
             rate: along(motion.rate, acceleration),
             spin: Dual::constant(motion.spin),
         };
-        let state = ContactLaw { friction: None, ..*self }.evaluate::<Dual<1>>(&dual, phase);
+        let state = match self.surfaces {
+            Surfaces::Bearing { .. } => self.in_bearing::<Dual<1>, false>(&dual, phase),
+            Surfaces::Face(face) => self.at_face(&face, &dual, phase),
+        };
         let values = ContactState {
             penetration: state.penetration.value,
             penetration_rate: state.penetration_rate.value,

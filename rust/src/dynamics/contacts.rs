@@ -1,9 +1,10 @@
 //! Contact slots: relative motion of the two surfaces, and the contact forces.
 
 use super::Dynamics;
+use super::reactions::Wrench;
 use crate::contact::normal::Latch;
-use crate::contact::pair::{ContactState, Phase, RelativeMotion, Surfaces};
-use crate::tree::elements::{ContactSlot, FramePoint};
+use crate::contact::pair::{ContactState, Face, Phase, RelativeMotion, Surfaces};
+use crate::tree::elements::{ContactSlot, FramePoint, Guide};
 use crate::tree::kinematics::{PointState, Vec2, perp, rotated};
 
 /// Second point of a slot seen from the first: in a bearing in the axes of the world, at a face from the first body, in
@@ -39,6 +40,17 @@ pub(super) struct PairForce {
     pub(super) moments: [f64; 2],
 }
 
+/// Place of what slides in a guide, seen from the body that has the faces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GuideMotion {
+    /// Displacement along the axis [m].
+    pub displacement: f64,
+    /// Its rate [m/s].
+    pub velocity: f64,
+    /// Distance from the axis, to its left [m].
+    pub offset: f64,
+}
+
 impl SlotContact {
     /// The value before the first evaluation.
     pub(super) const UNKNOWN: SlotContact = SlotContact {
@@ -58,28 +70,26 @@ impl Dynamics<'_> {
     /// The two points of a slot, after [`Dynamics::move_to`].
     #[inline(always)]
     pub fn slot_ends(&self, slot: &ContactSlot) -> [PointState; 2] {
-        slot.points.map(|point| self.point(point))
+        // Written out, since `map` is not inlined here.
+        let [a, b] = slot.points;
+        [self.point(a), self.point(b)]
     }
 
     /// Relative motion in a slot after [`Dynamics::move_to`].
     #[inline(always)]
     pub fn slot_motion(&self, slot: &ContactSlot) -> SlotMotion {
-        let [a, b] = self.slot_ends(slot);
-        let e = b.position - a.position;
-        let (rate, acceleration) = (b.velocity - a.velocity, b.acceleration - a.acceleration);
-        let spin = self.spin(slot);
-        if let Surfaces::Face { .. } = slot.law.surfaces {
-            let frame = &self.states[slot.points[0].frame];
-            let turning = frame.angular_velocity;
-            let rate = rate - turning * perp(e);
-            // Less what a point at rest in the turning body has, and Coriolis's part.
-            let acceleration = acceleration - frame.angular_acceleration * perp(e) + turning * turning * e
-                - 2.0 * turning * perp(rate);
-            let [eccentricity, rate, acceleration] =
-                [e, rate, acceleration].map(|vector| rotated(vector, frame.cosine, -frame.sine));
-            return SlotMotion { eccentricity, rate, acceleration, spin };
+        match slot.law.surfaces {
+            Surfaces::Bearing { .. } => {
+                let [a, b] = self.slot_ends(slot);
+                SlotMotion {
+                    eccentricity: b.position - a.position,
+                    rate: b.velocity - a.velocity,
+                    acceleration: b.acceleration - a.acceleration,
+                    spin: self.spin(slot),
+                }
+            }
+            Surfaces::Face(_) => self.motion_at_face(slot),
         }
-        SlotMotion { eccentricity: e, rate, acceleration, spin }
     }
 
     /// The same without accelerations, as the contact law needs it.
@@ -89,24 +99,42 @@ impl Dynamics<'_> {
     }
 
     #[inline(always)]
-    fn motion_between(&self, slot: &ContactSlot, [a, b]: &[PointState; 2]) -> RelativeMotion<f64> {
-        let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
-        let spin = self.spin(slot);
-        if let Surfaces::Face { .. } = slot.law.surfaces {
-            let frame = &self.states[slot.points[0].frame];
-            let rate = rate - frame.angular_velocity * perp(e);
-            let [e, rate] = [e, rate].map(|vector| rotated(vector, frame.cosine, -frame.sine));
-            return RelativeMotion { eccentricity: e.into(), rate: rate.into(), spin };
+    fn motion_between(&self, slot: &ContactSlot, ends: &[PointState; 2]) -> RelativeMotion<f64> {
+        match slot.law.surfaces {
+            Surfaces::Bearing { .. } => self.motion_in_bearing(slot, ends),
+            Surfaces::Face(_) => relative_motion(&self.motion_at_face(slot)),
         }
-        RelativeMotion { eccentricity: e.into(), rate: rate.into(), spin }
     }
 
-    #[inline]
+    #[inline(always)]
+    fn motion_in_bearing(&self, slot: &ContactSlot, [a, b]: &[PointState; 2]) -> RelativeMotion<f64> {
+        RelativeMotion {
+            eccentricity: (b.position - a.position).into(),
+            rate: (b.velocity - a.velocity).into(),
+            spin: self.spin(slot),
+        }
+    }
+
+    /// Relative motion at a face.
+    #[inline(never)]
+    fn motion_at_face(&self, slot: &ContactSlot) -> SlotMotion {
+        let [a, b] = self.slot_ends(slot);
+        let frame = &self.states[slot.points[0].frame];
+        let turning = frame.angular_velocity;
+        let e = b.position - a.position;
+        let rate = b.velocity - a.velocity - turning * perp(e);
+        // Less what a point at rest in the turning body has, and Coriolis's part.
+        let acceleration = b.acceleration - a.acceleration - frame.angular_acceleration * perp(e)
+            + turning * turning * e
+            - 2.0 * turning * perp(rate);
+        let [eccentricity, rate, acceleration] =
+            [e, rate, acceleration].map(|vector| rotated(vector, frame.cosine, -frame.sine));
+        SlotMotion { eccentricity, rate, acceleration, spin: self.spin(slot) }
+    }
+
+    #[inline(always)]
     fn spin(&self, slot: &ContactSlot) -> f64 {
-        let [radius_a, radius_b] = match slot.law.surfaces {
-            Surfaces::Bearing { bearing_radius, journal_radius } => [bearing_radius, journal_radius],
-            Surfaces::Face { radius, .. } => [radius, radius],
-        };
+        let [radius_a, radius_b] = slot.law.radii();
         self.states[slot.points[1].frame].angular_velocity * radius_b
             - self.states[slot.points[0].frame].angular_velocity * radius_a
     }
@@ -116,7 +144,7 @@ impl Dynamics<'_> {
     fn slot_to_world(&self, slot: &ContactSlot, vector: Vec2) -> Vec2 {
         match slot.law.surfaces {
             Surfaces::Bearing { .. } => vector,
-            Surfaces::Face { .. } => self.states[slot.points[0].frame].to_world(vector),
+            Surfaces::Face(_) => self.states[slot.points[0].frame].to_world(vector),
         }
     }
 
@@ -124,16 +152,16 @@ impl Dynamics<'_> {
     /// where the surfaces touch, so that it makes no moment of its own.
     #[inline(always)]
     pub(super) fn pair_force(&self, slot: &ContactSlot, state: &ContactState<f64>) -> PairForce {
-        let force = self.slot_to_world(slot, state.force.into());
-        let [a, b] = slot.points.map(|point| self.point(point).position);
         match slot.law.surfaces {
             Surfaces::Bearing { bearing_radius, journal_radius } => PairForce {
-                positions: [a, b],
-                force,
+                positions: slot.points.map(|point| self.point(point).position),
+                force: state.force.into(),
                 moments: [bearing_radius * state.friction_force, journal_radius * state.friction_force],
             },
-            Surfaces::Face { normal, radius, .. } => {
-                let touching = b + self.slot_to_world(slot, radius * Vec2::from(normal));
+            Surfaces::Face(face) => {
+                let touching = self.point(slot.points[1]).position
+                    + self.slot_to_world(slot, face.radius * Vec2::from(face.normal));
+                let force = self.slot_to_world(slot, state.force.into());
                 PairForce { positions: [touching; 2], force, moments: [0.0; 2] }
             }
         }
@@ -144,7 +172,7 @@ impl Dynamics<'_> {
         let [a, b] = slot.points;
         match slot.law.surfaces {
             Surfaces::Bearing { .. } => [a, b],
-            Surfaces::Face { normal, radius, .. } => {
+            Surfaces::Face(Face { normal, radius, .. }) => {
                 let place = self.point(b).position + self.slot_to_world(slot, radius * Vec2::from(normal));
                 [a, b].map(|point| {
                     let frame = &self.states[point.frame];
@@ -160,7 +188,7 @@ impl Dynamics<'_> {
     pub fn slot_normal(&self, slot: &ContactSlot) -> Vec2 {
         match slot.law.surfaces {
             Surfaces::Bearing { .. } => Vec2::from(self.contact_motion(slot).eccentricity).normalize(),
-            Surfaces::Face { normal, .. } => self.slot_to_world(slot, normal.into()),
+            Surfaces::Face(face) => self.slot_to_world(slot, face.normal.into()),
         }
     }
 
@@ -173,8 +201,19 @@ impl Dynamics<'_> {
 
     #[inline(always)]
     pub(super) fn contact_of(&self, slot: &ContactSlot, phase: Phase) -> SlotContact {
-        let motion = self.contact_motion(slot);
-        SlotContact { motion, state: slot.law.evaluate(&motion, phase) }
+        match slot.law.surfaces {
+            Surfaces::Bearing { .. } => {
+                let motion = self.motion_in_bearing(slot, &self.slot_ends(slot));
+                SlotContact { motion, state: slot.law.in_bearing::<f64, true>(&motion, phase) }
+            }
+            Surfaces::Face(face) => self.contact_at_face(slot, &face, phase),
+        }
+    }
+
+    #[inline(never)]
+    fn contact_at_face(&self, slot: &ContactSlot, face: &Face, phase: Phase) -> SlotContact {
+        let motion = relative_motion(&self.motion_at_face(slot));
+        SlotContact { motion, state: slot.law.at_face(face, &motion, phase) }
     }
 
     /// The contact of a slot, after [`Dynamics::find_contacts`].
@@ -190,13 +229,56 @@ impl Dynamics<'_> {
     /// The same without its forces, for those who ask only how the surfaces move between the ends of the slot.
     #[inline(always)]
     pub fn contact_without_forces(&self, slot: &ContactSlot, ends: &[PointState; 2]) -> ContactState<f64> {
-        slot.law.without_forces(&self.motion_between(slot, ends))
+        match slot.law.surfaces {
+            Surfaces::Bearing { .. } => {
+                slot.law.in_bearing_without_forces(&self.motion_in_bearing(slot, ends))
+            }
+            Surfaces::Face(face) => self.contact_at_face(slot, &face, Phase::Free).state,
+        }
+    }
+
+    /// Where something slides in a guide, after [`Dynamics::move_to`].
+    pub fn guide_motion(&self, guide: &Guide) -> GuideMotion {
+        let [a, b] = guide.points.map(|point| self.point(point));
+        let frame = &self.states[guide.points[0].frame];
+        let axis = frame.to_world(guide.axis);
+        let e = b.position - a.position;
+        let rate = b.velocity - a.velocity - frame.angular_velocity * perp(e);
+        GuideMotion { displacement: axis.dot(&e), velocity: axis.dot(&rate), offset: perp(axis).dot(&e) }
+    }
+
+    /// The forces of all contacts of a guide on its second body, with their moment about its point; after
+    /// [`Dynamics::find_contacts`].
+    pub fn guide_reaction(&self, guide: &Guide) -> Wrench {
+        let center = self.point(guide.points[1]).position;
+        let mut sum = Wrench::default();
+        for index in guide.slots.clone() {
+            let slot = &self.tree.slots[index];
+            let PairForce { positions, force, .. } = self.pair_force(slot, &self.contacts[index].state);
+            sum.force += guide.sign * force;
+            sum.moment += guide.sign * (positions[1] - center).perp(&force);
+        }
+        sum
     }
 
     /// Adds the generalized force of a contact, which it returns.
     // Inlined for the reason given at `add_pair`.
     #[inline(always)]
     pub(super) fn add_contact(&self, slot: &ContactSlot, phase: Phase, forces: &mut [f64]) -> SlotContact {
+        let Surfaces::Bearing { bearing_radius, journal_radius } = slot.law.surfaces else {
+            return self.add_contact_at_face(slot, phase, forces);
+        };
+        let ends = self.slot_ends(slot);
+        let motion = self.motion_in_bearing(slot, &ends);
+        let state = slot.law.in_bearing::<f64, true>(&motion, phase);
+        let moments = [bearing_radius * state.friction_force, journal_radius * state.friction_force];
+        let positions = [ends[0].position, ends[1].position];
+        self.add_pair(slot.points, positions, state.force.into(), moments, forces);
+        SlotContact { motion, state }
+    }
+
+    #[inline(never)]
+    fn add_contact_at_face(&self, slot: &ContactSlot, phase: Phase, forces: &mut [f64]) -> SlotContact {
         let contact = self.contact_of(slot, phase);
         let PairForce { positions, force, moments } = self.pair_force(slot, &contact.state);
         self.add_pair(slot.points, positions, force, moments, forces);
@@ -225,7 +307,7 @@ impl Dynamics<'_> {
                 let SlotMotion { eccentricity, acceleration, .. } = self.slot_motion(slot);
                 match slot.law.surfaces {
                     Surfaces::Bearing { .. } => acceleration.dot(&eccentricity.normalize()),
-                    Surfaces::Face { normal, .. } => acceleration.dot(&Vec2::from(normal)),
+                    Surfaces::Face(face) => acceleration.dot(&Vec2::from(face.normal)),
                 }
             };
             let (without, with) = (response(true), response(false));

@@ -1,6 +1,6 @@
 //! Exact derivatives of the accelerations with respect to positions, velocities and time.
 
-use crate::contact::pair::{Phase, RelativeMotion, Surfaces};
+use crate::contact::pair::{Face, Phase, RelativeMotion, Surfaces};
 use crate::dynamics::Dynamics;
 use crate::numerics::dual::Dual;
 use crate::numerics::linear::symmetric_solve;
@@ -138,8 +138,8 @@ impl Dynamics<'_> {
                     );
                 }
             }
-            Surfaces::Face { radius, .. } => {
-                let (force, moments) = self.face_gradient(slot, radius, self.phases[index]);
+            Surfaces::Face(face) => {
+                let (force, moments) = self.face_gradient(slot, &face, self.phases[index]);
                 if !vanishes(force[0].value, force[1].value) {
                     self.add_pair_derivatives(slot.points, [[1.0, 0.0], [0.0, 1.0]], force, moments);
                 }
@@ -150,26 +150,27 @@ impl Dynamics<'_> {
     /// Force at a face on the second body, in the world frame, with the moment of its reaction about the first point and
     /// that of the force about the second. Derivatives with respect to e and ė in the world frame, minus the angular
     /// velocity of the first body, the angular velocity of the second, and minus the angle of the first.
-    fn face_gradient(&self, slot: &ContactSlot, radius: f64, phase: Phase) -> ([Dual<7>; 2], [Dual<7>; 2]) {
+    fn face_gradient(&self, slot: &ContactSlot, face: &Face, phase: Phase) -> ([Dual<7>; 2], [Dual<7>; 2]) {
         let [a, b] = self.slot_ends(slot);
         let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
         let [first, second] = slot.points.map(|point| &self.states[point.frame]);
         let e = [Dual::input(e.x, 0), Dual::input(e.y, 1)];
         let rate = [Dual::input(rate.x, 2), Dual::input(rate.y, 3)];
         let back = Dual::input(-first.angular_velocity, 4);
-        let spin = (Dual::input(second.angular_velocity, 5) + back) * radius;
+        let spin = (Dual::input(second.angular_velocity, 5) + back) * face.radius;
         let turned = |value, rate| Dual { value, gradient: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, rate] };
         let (cosine, sine) = (turned(first.cosine, first.sine), turned(first.sine, -first.cosine));
         let in_face = |[x, y]: [Dual<7>; 2]| [cosine * x + sine * y, cosine * y - sine * x];
         let against = [rate[0] - back * e[1], rate[1] + back * e[0]];
         let motion = RelativeMotion { eccentricity: in_face(e), rate: in_face(against), spin };
-        let state = slot.law.evaluate(&motion, phase);
+        let state = slot.law.at_face(face, &motion, phase);
         let [x, y] = state.force;
         let force = [cosine * x - sine * y, sine * x + cosine * y];
-        let own = state.friction_force * radius;
+        let own = state.friction_force * face.radius;
         (force, [e[0] * force[1] - e[1] * force[0] + own, own])
     }
 
+    // Long because force and moments share the columns of the pair.
     /// Adds the derivatives of a force on point b, its reaction on point a, and their moments. Each moment belongs to an
     /// angular velocity: the sum of those of both bodies, each times its radius, b less a. Force and moments depend on the
     /// vector from a to b, its rate and these angular velocities; with one more lane on the angle whose rate is the first

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, Schur};
 use crate::dynamics::{Dynamics, Linearization};
 use crate::error::Problem;
 use crate::mechanism::assembly::{Assembled, assemble};
-use crate::scene::parts::{Joint, JointKind, Scene, Start};
+use crate::scene::parts::{GuideShape, Joint, JointKind, Scene, Start};
 use crate::tree::elements::{Scales, State, Tree};
 
 /// Accelerations that count as zero, relative to the scale of accelerations of the mechanism; rounding leaves
@@ -90,8 +90,16 @@ fn without_play(scene: &Scene) -> Scene {
             b: journal.clone(),
             kind: JointKind::Revolute,
         },
-        Joint::Ideal { .. } => joint.clone(),
+        // Without its faces a pin in a slot would be free, and a stop never acts in an equilibrium.
+        Joint::Guide { name, a, b, axis, shape: GuideShape::Block { angle, .. }, .. } => Joint::Ideal {
+            name: name.clone(),
+            a: a.clone(),
+            b: b.clone(),
+            kind: JointKind::Prismatic { axis: *axis, angle: *angle },
+        },
+        Joint::Ideal { .. } | Joint::Guide { .. } => joint.clone(),
     });
-    let start = scene.start.iter().filter(|start| !matches!(start, Start::Clearance { .. })).cloned();
+    let with_play = |start: &&Start| matches!(start, Start::Clearance { .. } | Start::Guide { .. });
+    let start = scene.start.iter().filter(|start| !with_play(start)).cloned();
     Scene { joints: joints.collect(), start: start.collect(), ..scene.clone() }
 }

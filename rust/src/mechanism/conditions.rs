@@ -2,12 +2,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::contact::pair::Surfaces;
 use crate::dynamics::Dynamics;
 use crate::mechanism::branch::{Group, branch};
 use crate::numerics::turns::wrap;
 use crate::scene::parts::{Scene, Start};
-use crate::tree::elements::{FramePoint, IdealKind, Realization, Tree};
-use crate::tree::kinematics::{FrameKind, Vec2};
+use crate::tree::elements::{FramePoint, Guide, IdealKind, Realization, Tree};
+use crate::tree::kinematics::{FrameKind, Vec2, perp};
 
 /// Unit of each free coordinate for least squares: 1 rad, or the size of the mechanism rounded to a
 /// power of two, so that a scene in other units takes the same steps to the last bit.
@@ -24,13 +25,36 @@ pub(super) fn column_units(tree: &Tree, length: f64) -> Vec<f64> {
 
 /// Equations of the start.
 pub(super) struct Conditions {
-    /// Pairs of points with the vector from the first to the second [m] and its rate [m/s]: loop closures,
-    /// then clearance joints.
-    pub(super) pairs: Vec<([FramePoint; 2], Vec2, Vec2)>,
-    /// For each pair whether the start gives its vector and its rate.
-    is_given: Vec<bool>,
-    /// Coordinates given in the scene.
+    /// Pairs of points: loop closures, then joints with clearance.
+    pub(super) pairs: Vec<Pair>,
+    /// Coordinates given in the scene, and the tilt of guides with play.
     pub(super) coordinates: Vec<GivenCoordinate>,
+}
+
+/// What the start asks of the second point of a pair against the first.
+pub(super) struct Pair {
+    pub(super) points: [FramePoint; 2],
+    pub(super) place: Place,
+    /// Whether the start gives it.
+    is_given: bool,
+}
+
+/// The place of a point against another.
+pub(super) enum Place {
+    /// At the end of a vector in the axes of the world [m], with its rate [m/s].
+    Vector { vector: Vec2, rate: Vec2 },
+    /// In a guide that turns with the body of the first point: so far across the axis [m], with the rate [m/s]; along
+    /// it so far as the start says.
+    Guided { axis: Vec2, across: [f64; 2], along: [Option<f64>; 2] },
+}
+
+/// One equation of a pair: the component of the vector between its points along a direction, or its rate.
+struct Row {
+    pair: usize,
+    /// In the axes of the world, or of the body of the first point if it turns.
+    direction: Vec2,
+    turns: bool,
+    wanted: f64,
 }
 
 /// A coordinate of a joint or the angle of a body for which the scene gives a position, a velocity or both.
@@ -43,39 +67,116 @@ pub(super) struct GivenCoordinate {
     zero: f64,
     pub(super) position: Option<f64>,
     pub(super) velocity: Option<f64>,
+    /// Whether the start gives it; otherwise a joint demands it.
+    is_given: bool,
+}
+
+/// Positions or velocities.
+#[derive(Clone, Copy)]
+enum Level {
+    Position,
+    Velocity,
+}
+
+impl GivenCoordinate {
+    fn wanted(&self, level: Level) -> Option<f64> {
+        match level {
+            Level::Position => self.position,
+            Level::Velocity => self.velocity,
+        }
+    }
 }
 
 impl Conditions {
     pub(super) fn new(tree: &Tree, scene: &Scene) -> Self {
-        let eccentric = |name: &str| {
+        let closures = tree.closures.iter().map(|closure| Pair {
+            points: [closure.a, closure.b],
+            place: Place::Vector { vector: Vec2::zeros(), rate: Vec2::zeros() },
+            is_given: false,
+        });
+        let slots = tree.slots.iter().filter(|slot| matches!(slot.law.surfaces, Surfaces::Bearing { .. }));
+        let bearings = slots.map(|slot| {
             let given = scene.start.iter().find_map(|start| match start {
-                Start::Clearance { joint, eccentricity, rate } if joint == name => {
+                Start::Clearance { joint, eccentricity, rate } if *joint == slot.name => {
                     Some((Vec2::from(*eccentricity), Vec2::from(*rate)))
                 }
                 _ => None,
             });
-            given.unwrap_or((Vec2::zeros(), Vec2::zeros()))
-        };
-        let closures =
-            tree.closures.iter().map(|closure| ([closure.a, closure.b], Vec2::zeros(), Vec2::zeros()));
-        let joints = tree.slots.iter().map(|joint| {
-            let (eccentricity, rate) = eccentric(&joint.name);
-            ([joint.points[0], joint.points[1]], eccentricity, rate)
+            let (vector, rate) = given.unwrap_or((Vec2::zeros(), Vec2::zeros()));
+            Pair { points: slot.points, place: Place::Vector { vector, rate }, is_given: given.is_some() }
         });
-        let starts = |name: &str| {
-            scene.start.iter().any(|start| matches!(start, Start::Clearance { joint, .. } if joint == name))
-        };
-        let by_start = tree.slots.iter().map(|joint| starts(&joint.name));
+        let guides = tree.guides.iter().map(|guide| {
+            let given = scene.start.iter().find_map(|start| match start {
+                Start::Guide { joint, offset, displacement, .. } if *joint == guide.name => {
+                    Some((*offset, *displacement))
+                }
+                _ => None,
+            });
+            let (across, along) = given.unwrap_or(([0.0; 2], [None; 2]));
+            let place = Place::Guided { axis: guide.axis, across, along };
+            Pair { points: guide.points, place, is_given: given.is_some() }
+        });
+        let tilts = tree.guides.iter().filter_map(|guide| tilt_of(tree, scene, guide));
+        let given = scene.start.iter().filter_map(|start| given_coordinate(tree, start));
         Self {
-            is_given: tree.closures.iter().map(|_| false).chain(by_start).collect(),
-            pairs: closures.chain(joints).collect(),
-            coordinates: scene.start.iter().filter_map(|start| given_coordinate(tree, start)).collect(),
+            pairs: closures.chain(bearings).chain(guides).collect(),
+            coordinates: given.chain(tilts).collect(),
         }
     }
 
-    /// Number of equations of the pairs and the given coordinates.
-    fn rows(&self, given: impl Fn(&GivenCoordinate) -> Option<f64>) -> usize {
-        2 * self.pairs.len() + self.coordinates.iter().filter(|one| given(one).is_some()).count()
+    /// The equations of the pairs.
+    fn rows(&self, level: Level) -> Vec<Row> {
+        let mut rows = Vec::new();
+        for (pair, Pair { place, .. }) in self.pairs.iter().enumerate() {
+            let mut add = |direction, turns, wanted| rows.push(Row { pair, direction, turns, wanted });
+            match *place {
+                Place::Vector { vector, rate } => {
+                    let wanted = match level {
+                        Level::Position => vector,
+                        Level::Velocity => rate,
+                    };
+                    add(Vec2::x(), false, wanted.x);
+                    add(Vec2::y(), false, wanted.y);
+                }
+                Place::Guided { axis, across, along } => {
+                    add(perp(axis), true, across[level as usize]);
+                    if let Some(wanted) = along[level as usize] {
+                        add(axis, true, wanted);
+                    }
+                }
+            }
+        }
+        rows
+    }
+
+    /// The given coordinates that have a value.
+    fn given(&self, level: Level) -> impl Iterator<Item = (&GivenCoordinate, f64)> {
+        self.coordinates.iter().filter_map(move |one| Some((one, one.wanted(level)?)))
+    }
+
+    /// Row of the first given coordinate among the positions.
+    pub(super) fn first_coordinate(&self) -> usize {
+        self.rows(Level::Position).len()
+    }
+
+    /// The vector between the points of a pair, less that which is given in the axes of the world, and its derivatives
+    /// with respect to the free coordinates; divided by `unit` and multiplied by the `units` of the coordinates.
+    pub(super) fn vector(
+        &self,
+        dynamics: &Dynamics,
+        pair: usize,
+        units: &[f64],
+        unit: f64,
+    ) -> (Vec2, Vec<Vec2>) {
+        let Pair { points, place, .. } = &self.pairs[pair];
+        let [from, to] = points.map(|point| dynamics.point(point).position);
+        let given = match place {
+            Place::Vector { vector, .. } => *vector,
+            Place::Guided { .. } => Vec2::zeros(),
+        };
+        let columns = dynamics.gap_columns(*points);
+        let free = dynamics.tree.free.iter().zip(units);
+        ((to - from - given) / unit, free.map(|(&column, units)| columns[column] / unit * *units).collect())
     }
 
     /// Residuals of the positions, and their Jacobian with respect to the free
@@ -86,21 +187,20 @@ impl Conditions {
         units: &[f64],
         unit: f64,
     ) -> (DVector<f64>, DMatrix<f64>) {
-        let given = |one: &GivenCoordinate| one.position;
-        let mut residual = DVector::zeros(self.rows(given));
-        for (index, (pair, gap, _)) in self.pairs.iter().enumerate() {
-            let [from, to] = pair.map(|point| dynamics.point(point).position);
-            let off = (to - from - gap) / unit;
-            (residual[2 * index], residual[2 * index + 1]) = (off.x, off.y);
+        let mut residual = Vec::new();
+        for Row { pair, direction, turns, wanted } in self.rows(Level::Position) {
+            let points = self.pairs[pair].points;
+            let [from, to] = points.map(|point| dynamics.point(point).position);
+            let direction =
+                if turns { dynamics.frame(points[0].frame).to_world(direction) } else { direction };
+            residual.push((direction.dot(&(to - from)) - wanted) / unit);
         }
-        let wanted = self.coordinates.iter().filter_map(|one| Some((one, one.position?)));
-        for (row, (one, wanted)) in wanted.enumerate() {
+        for (one, wanted) in self.given(Level::Position) {
             let off = one.zero + one.sum(|column| dynamics.coordinate(column).position) - wanted;
             // An angle is satisfied up to full turns.
-            let off = if one.is_angle { wrap(off).0 } else { off / unit };
-            residual[2 * self.pairs.len() + row] = off;
+            residual.push(if one.is_angle { wrap(off).0 } else { off / unit });
         }
-        (residual, self.jacobian(dynamics, units, unit, given))
+        (DVector::from_vec(residual), self.jacobian(dynamics, units, unit, Level::Position))
     }
 
     /// The same for the velocities.
@@ -110,30 +210,33 @@ impl Conditions {
         units: &[f64],
         unit: f64,
     ) -> (DVector<f64>, DMatrix<f64>) {
-        let given = |one: &GivenCoordinate| one.velocity;
-        let mut residual = DVector::zeros(self.rows(given));
-        for (index, (pair, _, rate)) in self.pairs.iter().enumerate() {
-            let [from, to] = pair.map(|point| dynamics.point(point).velocity);
-            let off = (to - from - rate) / unit;
-            (residual[2 * index], residual[2 * index + 1]) = (off.x, off.y);
+        let mut residual = Vec::new();
+        for Row { pair, direction, turns, wanted } in self.rows(Level::Velocity) {
+            let points = self.pairs[pair].points;
+            let [from, to] = points.map(|point| dynamics.point(point));
+            let mut rate = to.velocity - from.velocity;
+            let mut direction = direction;
+            if turns {
+                let frame = dynamics.frame(points[0].frame);
+                direction = frame.to_world(direction);
+                rate -= frame.angular_velocity * perp(to.position - from.position);
+            }
+            residual.push((direction.dot(&rate) - wanted) / unit);
         }
-        let wanted = self.coordinates.iter().filter_map(|one| Some((one, one.velocity?)));
-        for (row, (one, wanted)) in wanted.enumerate() {
+        for (one, wanted) in self.given(Level::Velocity) {
             let off = one.sum(|column| dynamics.coordinate(column).velocity) - wanted;
-            residual[2 * self.pairs.len() + row] = if one.is_angle { off } else { off / unit };
+            residual.push(if one.is_angle { off } else { off / unit });
         }
-        (residual, self.jacobian(dynamics, units, unit, given))
+        (DVector::from_vec(residual), self.jacobian(dynamics, units, unit, Level::Velocity))
     }
 
     /// The rate that the start gives in each row of the velocities; none where the joints demand it.
     pub(super) fn given_rates(&self, unit: f64) -> Vec<Option<f64>> {
-        let pairs = self.pairs.iter().zip(&self.is_given).flat_map(|((_, _, rate), is_given)| {
-            [rate.x, rate.y].map(|rate| is_given.then_some(rate / unit))
-        });
+        let rows = self.rows(Level::Velocity).into_iter();
+        let pairs = rows.map(|row| self.pairs[row.pair].is_given.then_some(row.wanted / unit));
         let coordinates = self
-            .coordinates
-            .iter()
-            .filter_map(|one| one.velocity.map(|rate| Some(if one.is_angle { rate } else { rate / unit })));
+            .given(Level::Velocity)
+            .map(|(one, rate)| one.is_given.then_some(if one.is_angle { rate } else { rate / unit }));
         pairs.chain(coordinates).collect()
     }
 
@@ -142,43 +245,44 @@ impl Conditions {
         let tree = dynamics.tree;
         let (_, jacobian) =
             self.positions(dynamics, &column_units(tree, length), length.log2().ceil().exp2());
-        let pairs = self.pairs.iter().enumerate().map(|(index, ([a, b], ..))| {
+        let rows = self.rows(Level::Position);
+        let pairs = self.pairs.iter().enumerate().map(|(index, Pair { points: [a, b], .. })| {
             let moves = |frame: usize, freedom: usize| {
                 tree.paths[frame].free.iter().any(|&(_, other)| other == freedom)
             };
             let columns = (0..tree.free.len()).filter(|&k| moves(a.frame, k) != moves(b.frame, k)).collect();
-            Group { rows: vec![2 * index, 2 * index + 1], columns }
+            Group { rows: (0..rows.len()).filter(|&row| rows[row].pair == index).collect(), columns }
         });
-        let given =
-            self.coordinates.iter().filter(|one| one.position.is_some()).enumerate().map(|(row, one)| {
-                let columns = (0..tree.free.len()).filter(|&k| one.columns[tree.free[k]] != 0.0).collect();
-                Group { rows: vec![2 * self.pairs.len() + row], columns }
-            });
+        let given = self.given(Level::Position).enumerate().map(|(row, (one, _))| {
+            let columns = (0..tree.free.len()).filter(|&k| one.columns[tree.free[k]] != 0.0).collect();
+            Group { rows: vec![rows.len() + row], columns }
+        });
         branch(&jacobian, pairs.chain(given).collect())
     }
 
-    fn jacobian(
-        &self,
-        dynamics: &Dynamics,
-        units: &[f64],
-        unit: f64,
-        given: impl Fn(&GivenCoordinate) -> Option<f64>,
-    ) -> DMatrix<f64> {
+    fn jacobian(&self, dynamics: &Dynamics, units: &[f64], unit: f64, level: Level) -> DMatrix<f64> {
         let tree = dynamics.tree;
-        let mut jacobian = DMatrix::zeros(self.rows(&given), tree.free.len());
-        for (index, &(pair, ..)) in self.pairs.iter().enumerate() {
-            let columns = dynamics.gap_columns(pair);
-            for axis in 0..2 {
-                for (freedom, &column) in tree.free.iter().enumerate() {
-                    jacobian[(2 * index + axis, freedom)] = columns[column][axis] / unit * units[freedom];
-                }
+        let rows = self.rows(level);
+        let mut jacobian = DMatrix::zeros(rows.len() + self.given(level).count(), tree.free.len());
+        for (index, Row { pair, direction, turns, .. }) in rows.iter().enumerate() {
+            let points = self.pairs[*pair].points;
+            let columns = dynamics.gap_columns(points);
+            let first = points[0].frame;
+            let [from, to] = points.map(|point| dynamics.point(point).position);
+            let direction = if *turns { dynamics.frame(first).to_world(*direction) } else { *direction };
+            // The direction turns with the body.
+            let by_turning = if *turns { perp(direction).dot(&(to - from)) } else { 0.0 };
+            for (freedom, &column) in tree.free.iter().enumerate() {
+                let rotates = *turns && tree.paths[first].columns.contains(&column);
+                let rotation = if rotates { dynamics.frame(column + 1).rotation } else { 0.0 };
+                let by = direction.dot(&columns[column]) + rotation * by_turning;
+                jacobian[(index, freedom)] = by / unit * units[freedom];
             }
         }
-        for (row, one) in self.coordinates.iter().filter(|one| given(one).is_some()).enumerate() {
+        for (row, (one, _)) in self.given(level).enumerate() {
             let scale = if one.is_angle { 1.0 } else { 1.0 / unit };
             for (freedom, &column) in tree.free.iter().enumerate() {
-                jacobian[(2 * self.pairs.len() + row, freedom)] =
-                    one.columns[column] * scale * units[freedom];
+                jacobian[(rows.len() + row, freedom)] = one.columns[column] * scale * units[freedom];
             }
         }
         jacobian
@@ -196,19 +300,11 @@ fn given_coordinate(tree: &Tree, start: &Start) -> Option<GivenCoordinate> {
     // Names were checked with the scene.
     let index_of = |name: &str| tree.bodies.iter().position(|body| body.name == name);
     let between = |bodies: [Option<usize>; 2], position, velocity| {
-        let mut columns = vec![0.0; tree.frames.len() - 1];
-        let mut zero = 0.0;
-        for (body, sign) in bodies.into_iter().zip([-1.0, 1.0]) {
-            let Some(placed) = body.map(|body| &tree.bodies[body]) else { continue };
-            zero += sign * placed.angle;
-            for &column in &tree.paths[placed.frame].columns {
-                columns[column] += sign * tree.frames[column + 1].kind.rotation();
-            }
-        }
-        Some(GivenCoordinate { columns, is_angle: true, zero, position, velocity })
+        let (columns, zero) = relative_angle(tree, bodies);
+        Some(GivenCoordinate { columns, is_angle: true, zero, position, velocity, is_given: true })
     };
     match start {
-        Start::Clearance { .. } => None,
+        Start::Clearance { .. } | Start::Guide { .. } => None,
         Start::Body { body, angle, angular_velocity } => {
             between([None, index_of(body)], *angle, *angular_velocity)
         }
@@ -219,10 +315,50 @@ fn given_coordinate(tree: &Tree, start: &Start) -> Option<GivenCoordinate> {
                     let mut columns = vec![0.0; tree.frames.len() - 1];
                     columns[column] = 1.0;
                     let (position, velocity) = (*position, *velocity);
-                    Some(GivenCoordinate { columns, is_angle: false, zero: 0.0, position, velocity })
+                    Some(GivenCoordinate {
+                        columns,
+                        is_angle: false,
+                        zero: 0.0,
+                        position,
+                        velocity,
+                        is_given: true,
+                    })
                 }
                 _ => between(joint.bodies, *position, *velocity),
             }
         }
     }
+}
+
+/// The derivatives of the angle of the second body relative to the first, and its value where all coordinates are zero.
+fn relative_angle(tree: &Tree, bodies: [Option<usize>; 2]) -> (Vec<f64>, f64) {
+    let mut columns = vec![0.0; tree.frames.len() - 1];
+    let mut zero = 0.0;
+    for (body, sign) in bodies.into_iter().zip([-1.0, 1.0]) {
+        let Some(placed) = body.map(|body| &tree.bodies[body]) else { continue };
+        zero += sign * placed.angle;
+        for &column in &tree.paths[placed.frame].columns {
+            columns[column] += sign * tree.frames[column + 1].kind.rotation();
+        }
+    }
+    (columns, zero)
+}
+
+/// The tilt of what slides in a guide with play, if it has corners: zero unless the start gives it.
+fn tilt_of(tree: &Tree, scene: &Scene, guide: &Guide) -> Option<GivenCoordinate> {
+    let angle = guide.angle?;
+    let given = scene.start.iter().find_map(|start| match start {
+        Start::Guide { joint, tilt, .. } if *joint == guide.name => Some(*tilt),
+        _ => None,
+    });
+    let [position, velocity] = given.unwrap_or_default().map(Some);
+    let (columns, zero) = relative_angle(tree, guide.bodies);
+    Some(GivenCoordinate {
+        columns,
+        is_angle: true,
+        zero: zero - angle,
+        position,
+        velocity,
+        is_given: given.is_some(),
+    })
 }

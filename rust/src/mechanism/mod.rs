@@ -4,6 +4,7 @@
 mod assembly;
 mod balance;
 pub mod branch;
+mod closing;
 pub mod compiled;
 mod conditions;
 mod immovable;

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use crate::mechanism::vector_loops::{CLOSED, EQUALLY_NEAR, NEGLIGIBLE, VectorLoops, Wanted, turned};
+use crate::mechanism::vector_loops::{CLOSED, EQUALLY_NEAR, NEGLIGIBLE, VectorLoops, Wanted, along, turned};
 use crate::numerics::turns::wrap;
 
 /// Distances that differ by less than this part are equal: rounding decides nothing.
@@ -283,11 +283,6 @@ fn prime(index: usize) -> f64 {
 
 fn cross(a: Complex<f64>, b: Complex<f64>) -> f64 {
     a.re * b.im - a.im * b.re
-}
-
-/// How many times `axis` lies along a vector.
-fn along(vector: Complex<f64>, axis: Complex<f64>) -> f64 {
-    (vector.re * axis.re + vector.im * axis.im) / axis.norm_sqr()
 }
 
 /// Angles that close a triangle: `c + a e^{iα} + b e^{iβ} = 0`.

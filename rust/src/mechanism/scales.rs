@@ -81,11 +81,7 @@ pub(crate) fn levers(tree: &Tree, dynamics: &Dynamics) -> Vec<f64> {
         raise(body.frame, dynamics.frame(body.frame).point(body.center).position, gyration);
     }
     for slot in &tree.slots {
-        let radii = match slot.law.surfaces {
-            Surfaces::Bearing { bearing_radius, journal_radius } => [bearing_radius, journal_radius],
-            Surfaces::Face { radius, .. } => [radius, radius],
-        };
-        for (point, radius) in dynamics.touching_points(slot).into_iter().zip(radii) {
+        for (point, radius) in dynamics.touching_points(slot).into_iter().zip(slot.law.radii()) {
             raise(point.frame, dynamics.point(point).position, radius);
         }
     }
@@ -114,8 +110,8 @@ pub(crate) fn contact_scales(dynamics: &mut Dynamics, speed: f64, length: f64) -
         let (opening, mass) = match slot.law.surfaces {
             Surfaces::Bearing { .. } => (acceleration.norm(), accelerance.mean_mass()),
             // A face has one direction.
-            Surfaces::Face { normal, .. } => {
-                let along = acceleration.dot(&Vec2::from(normal)).abs();
+            Surfaces::Face(face) => {
+                let along = acceleration.dot(&Vec2::from(face.normal)).abs();
                 (along, accelerance.mass_along(dynamics.slot_normal(slot)))
             }
         };

@@ -7,11 +7,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{Complex, DMatrix, DVector};
 
-use crate::dynamics::Dynamics;
-use crate::mechanism::conditions::{Conditions, column_units};
 use crate::numerics::turns::wrap;
-use crate::scene::parts::{Body, Scene, Start};
-use crate::tree::kinematics::FrameKind;
 
 /// Two assemblies are about equally near if their distances differ by less than this part.
 pub(super) const EQUALLY_NEAR: f64 = 0.05;
@@ -46,7 +42,7 @@ pub(super) struct Wanted {
 }
 
 impl Wanted {
-    fn new(mut changes: Vec<f64>) -> Self {
+    pub(super) fn new(mut changes: Vec<f64>) -> Self {
         // Each within half a turn of the first.
         let first = changes.first().copied().unwrap_or(0.0);
         changes.iter_mut().for_each(|change| *change = first + wrap(*change - first).0);
@@ -242,6 +238,16 @@ impl VectorLoops {
         jacobian
     }
 
+    /// Some of the loops.
+    pub(super) fn only(&self, loops: &[usize]) -> VectorLoops {
+        VectorLoops {
+            constants: loops.iter().map(|&one| self.constants[one]).collect(),
+            links: loops.iter().map(|&one| self.links[one].clone()).collect(),
+            axes: loops.iter().map(|&one| self.axes[one].clone()).collect(),
+            ..self.clone()
+        }
+    }
+
     /// The vector that turns with an angle, with the displacements known.
     pub(super) fn link(&self, one: usize, turn: usize, unknowns: &[f64], known: &[bool]) -> Complex<f64> {
         let first = self.turns();
@@ -267,212 +273,16 @@ impl VectorLoops {
     }
 }
 
-/// The free coordinates of a mechanism in the unknowns of its loops.
-pub(super) struct Closing {
-    pub(super) loops: VectorLoops,
-    freedoms: Vec<Freedom>,
-    /// Coordinates of the initial guess; displacements are zero.
-    guess: Vec<f64>,
-    /// Size of the mechanism [m].
-    unit: f64,
-}
-
-struct Freedom {
-    /// The freedom of the nearest body above it that turns freely.
-    parent: Option<usize>,
-    value: Value,
-}
-
-enum Value {
-    /// The angle of the body changes with an unknown, if it is not given, and by a constant.
-    Turn(Option<usize>, f64),
-    Slide(usize),
-    /// A displacement that the scene gives.
-    Given(f64),
-}
-
-impl Closing {
-    // Long because each kind of joint in a loop is listed.
-    /// The loops of the conditions, of a mechanism whose bodies have the guessed angles.
-    pub(super) fn new(
-        dynamics: &mut Dynamics,
-        scene: &Scene,
-        conditions: &Conditions,
-        guess: &[f64],
-        length: f64,
-    ) -> Self {
-        let tree = dynamics.tree;
-        let unit = length.log2().ceil().exp2();
-        let d = guess.len();
-        let slides = |k: usize| tree.frames[tree.free[k] + 1].kind != FrameKind::Revolute;
-        let guess: Vec<f64> = (0..d).map(|k| if slides(k) { 0.0 } else { guess[k] }).collect();
-        dynamics.move_to(0.0, &guess, &vec![0.0; d]);
-        let (residual, jacobian) = conditions.positions(dynamics, &column_units(tree, length), unit);
-        let carrier = |frame: usize, below: usize| {
-            let mut above = tree.paths[frame].free.iter().map(|&(_, k)| k);
-            above.rfind(|&k| !slides(k) && k != below)
-        };
-        let parents: Vec<Option<usize>> = (0..d).map(|k| carrier(tree.free[k] + 1, k)).collect();
-        // By the angle of a body instead of that of a joint: what the bodies hanging on it do not follow.
-        let by_angle = |row: usize, k: usize| {
-            let hanging = (0..d).filter(|&other| parents[other] == Some(k) && !slides(other));
-            jacobian[(row, k)] - hanging.map(|other| jacobian[(row, other)]).sum::<f64>()
-        };
-        let pairs = conditions.pairs.len();
-        let mut ties: Vec<(usize, f64)> = (0..d).map(|k| (k, 0.0)).collect();
-        ties.push((d, 0.0));
-        let mut given = vec![None; d];
-        for (row, one) in conditions.coordinates.iter().filter(|one| one.position.is_some()).enumerate() {
-            let row = 2 * pairs + row;
-            if one.is_angle {
-                let moving: Vec<(usize, f64)> = (0..d)
-                    .filter(|&k| !slides(k))
-                    .map(|k| (k, by_angle(row, k)))
-                    .filter(|(_, by)| *by != 0.0)
-                    .collect();
-                match moving[..] {
-                    [(k, by)] => tie(&mut ties, k, d, -residual[row] / by),
-                    [(k, by), (other, _)] => tie(&mut ties, k, other, -residual[row] / by),
-                    _ => {}
-                }
-            } else if let Some(k) = (0..d).find(|&k| slides(k) && jacobian[(row, k)] != 0.0) {
-                given[k] = Some(-residual[row] / jacobian[(row, k)]);
-            }
-        }
-        let roots: Vec<usize> = (0..d).filter(|&k| !slides(k) && ties[k].0 == k).collect();
-        let sliding: Vec<usize> = (0..d).filter(|&k| slides(k) && given[k].is_none()).collect();
-        let turn = |k: usize| (roots.iter().position(|&root| root == ties[k].0), ties[k].1);
-        let mut loops = VectorLoops {
-            wanted: wanted(dynamics, scene, &carrier, &turn, roots.len()),
-            carriers: sliding.iter().map(|&k| parents[k].and_then(|parent| turn(parent).0)).collect(),
-            ..VectorLoops::default()
-        };
-        for pair in 0..pairs {
-            let column = |of: &dyn Fn(usize) -> f64| Complex::new(of(2 * pair), of(2 * pair + 1));
-            let mut constant = column(&|row| residual[row]);
-            let mut links = vec![Complex::new(0.0, 0.0); roots.len()];
-            let mut axes = vec![Complex::new(0.0, 0.0); sliding.len()];
-            for k in 0..d {
-                if slides(k) {
-                    let (carrier, offset) = parents[k].map_or((None, 0.0), &turn);
-                    let axis = column(&|row| jacobian[(row, k)]) * turned(offset);
-                    match (given[k], sliding.iter().position(|&other| other == k), carrier) {
-                        (Some(value), _, None) => constant += axis * value,
-                        (Some(value), _, Some(turn)) => links[turn] += axis * value,
-                        (None, Some(slide), _) => axes[slide] = axis,
-                        (None, None, _) => {}
-                    }
-                } else {
-                    let (turn, offset) = turn(k);
-                    // The derivative of a vector that turns is the vector times i.
-                    let link = column(&|row| by_angle(row, k)) / Complex::i();
-                    constant -= link;
-                    match turn {
-                        None => constant += link * turned(offset),
-                        Some(turn) => links[turn] += link * turned(offset),
-                    }
-                }
-            }
-            loops.constants.push(constant);
-            loops.links.push(links.into_iter().map(tidy).collect());
-            loops.axes.push(axes);
-        }
-        loops.shorten();
-        let freedoms = (0..d).map(|k| Freedom {
-            parent: parents[k],
-            value: match (given[k], sliding.iter().position(|&other| other == k)) {
-                (Some(value), _) => Value::Given(value),
-                (None, Some(slide)) => Value::Slide(slide),
-                (None, None) => Value::Turn(turn(k).0, turn(k).1),
-            },
-        });
-        Self { freedoms: freedoms.collect(), loops, guess, unit }
-    }
-
-    /// The unknowns of coordinates.
-    pub(super) fn unknowns(&self, q: &[f64]) -> Vec<f64> {
-        let turns = self.loops.wanted.len();
-        let mut unknowns = vec![0.0; turns + self.loops.carriers.len()];
-        let mut changes = vec![0.0; q.len()];
-        // Parents stand before their children.
-        for (k, freedom) in self.freedoms.iter().enumerate() {
-            match freedom.value {
-                Value::Turn(turn, offset) => {
-                    changes[k] = q[k] - self.guess[k] + freedom.parent.map_or(0.0, |parent| changes[parent]);
-                    if let Some(turn) = turn {
-                        unknowns[turn] = changes[k] - offset;
-                    }
-                }
-                Value::Slide(slide) => unknowns[turns + slide] = q[k] / self.unit,
-                Value::Given(_) => {}
-            }
-        }
-        unknowns
-    }
-
-    /// The coordinates that unknowns give.
-    pub(super) fn coordinates(&self, unknowns: &[f64]) -> Vec<f64> {
-        let change = |k: usize| match self.freedoms[k].value {
-            Value::Turn(turn, offset) => offset + turn.map_or(0.0, |turn| unknowns[turn]),
-            Value::Slide(_) | Value::Given(_) => 0.0,
-        };
-        let coordinate = |(k, freedom): (usize, &Freedom)| match freedom.value {
-            Value::Turn(..) => self.guess[k] + change(k) - freedom.parent.map_or(0.0, change),
-            Value::Slide(slide) => unknowns[self.loops.wanted.len() + slide] * self.unit,
-            Value::Given(value) => value * self.unit,
-        };
-        self.freedoms.iter().enumerate().map(coordinate).collect()
-    }
-}
-
-/// Notes that the angle `one` changes by `apart` more than the angle `other`.
-fn tie(ties: &mut [(usize, f64)], one: usize, other: usize, apart: f64) {
-    let (mut from, mut to) = (ties[one], ties[other]);
-    let mut apart = apart;
-    if from.0 == ties.len() - 1 {
-        (from, to, apart) = (to, from, -apart);
-    }
-    if from.0 == to.0 {
-        return;
-    }
-    let by = to.1 + apart - from.1;
-    for (root, offset) in ties.iter_mut().filter(|(root, _)| *root == from.0) {
-        (*root, *offset) = (to.0, *offset + by);
-    }
-}
-
-/// The changes that the given angles of the bodies ask of each unknown.
-fn wanted(
-    dynamics: &Dynamics,
-    scene: &Scene,
-    carrier: &dyn Fn(usize, usize) -> Option<usize>,
-    turn: &dyn Fn(usize) -> (Option<usize>, f64),
-    turns: usize,
-) -> Vec<Wanted> {
-    let mut asked = vec![Vec::new(); turns];
-    for (placed, body) in dynamics.tree.bodies.iter().zip(&scene.bodies) {
-        if let Some((Some(turn), offset)) = carrier(placed.frame, usize::MAX).map(turn) {
-            let angle = dynamics.frame(placed.frame).angle + placed.angle;
-            asked[turn].push(wrap(given_angle(scene, body) - angle).0 - offset);
-        }
-    }
-    asked.into_iter().map(Wanted::new).collect()
-}
-
-/// The angle of a body that its start gives, or its initial guess [rad].
-pub(super) fn given_angle(scene: &Scene, body: &Body) -> f64 {
-    let given = scene.start.iter().find_map(|start| match start {
-        Start::Body { body: name, angle, .. } if *name == body.name => *angle,
-        _ => None,
-    });
-    given.unwrap_or(body.angle)
-}
-
 /// Zero where only rounding errors are left.
-fn tidy(vector: Complex<f64>) -> Complex<f64> {
+pub(super) fn tidy(vector: Complex<f64>) -> Complex<f64> {
     if vector.norm() <= NEGLIGIBLE { Complex::new(0.0, 0.0) } else { vector }
 }
 
 pub(super) fn turned(angle: f64) -> Complex<f64> {
     Complex::from_polar(1.0, angle)
+}
+
+/// How many times `axis` lies along a vector.
+pub(super) fn along(vector: Complex<f64>, axis: Complex<f64>) -> f64 {
+    (vector.re * axis.re + vector.im * axis.im) / axis.norm_sqr()
 }

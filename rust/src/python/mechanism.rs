@@ -18,7 +18,7 @@ use crate::run::settings::read_settings;
 use crate::run::tolerances::default_impact_velocity_floors;
 use crate::run::trajectory::{Contact, Event, Notice, columns, record};
 use crate::scene::reader::read_scene;
-use crate::tree::elements::BodyPlacement;
+use crate::tree::elements::{BodyPlacement, ContactSlot};
 
 /// Length of a scene in text [bytes] from which it may take longer to compile than to start a thread.
 const LONG: usize = 20_000;
@@ -46,9 +46,11 @@ impl CompiledMechanism {
         let names: Vec<&str> =
             mechanism.free.iter().map(|&column| mechanism.coordinate_names[column].as_str()).collect();
         let bodies: Vec<&str> = mechanism.bodies.iter().map(|body| body.name.as_str()).collect();
-        let clearance_joints = mechanism.slots.iter().map(|joint| joint.name.as_str());
-        let cut: Vec<&str> =
-            clearance_joints.chain(mechanism.closures.iter().map(|closure| closure.name.as_str())).collect();
+        // A guide has several contacts, each with the name of its place after that of the joint.
+        let joint_of = |slot: &'_ ContactSlot| slot.name.split('.').next().unwrap_or_default().to_owned();
+        let mut cut: Vec<String> = mechanism.slots.iter().map(joint_of).collect();
+        cut.dedup();
+        cut.extend(mechanism.closures.iter().map(|closure| closure.name.clone()));
         let floors = default_impact_velocity_floors(mechanism);
         let mut dynamics = Dynamics::new(mechanism);
         dynamics.move_to(0.0, &mechanism.start.q, &mechanism.start.v);

@@ -1,12 +1,13 @@
 //! The named columns of a trajectory.
 
 use crate::contact::pair::Phase;
-use crate::dynamics::{Dynamics, SlotContact};
+use crate::contact::pair::Surfaces;
+use crate::dynamics::{Dynamics, SlotContact, Wrench};
 use crate::error::{InputError, Problem, Subject, meant_or_known};
 use crate::mechanism::compiled::Mechanism;
 use crate::run::work::Work;
 use crate::scene::parts::ENERGY as ENERGY_OUTPUT;
-use crate::tree::elements::{IdealKind, Realization};
+use crate::tree::elements::{Guide, IdealKind, Realization};
 use crate::tree::kinematics::{PointState, Vec2};
 
 /// Quantities of a body; x and y are those of its center of mass.
@@ -24,6 +25,11 @@ const JOINT: [&str; 9] = [
     "friction_force",
     "contact",
 ];
+/// First of these that every contact has: those of a bearing's center come before.
+const FIRST_OF_CONTACT: usize = 3;
+/// Quantities of what slides in a guide, seen from the guide: along its axis, to its left, angle; a pin has no tilt.
+const GUIDE: [&str; 7] =
+    ["displacement", "velocity", "offset", "reaction_x", "reaction_y", "reaction_torque", "tilt"];
 /// Energy dissipated in a clearance joint, and wear, since the start of the run.
 const LOSS: [&str; 3] = ["impact_loss", "friction_loss", "wear"];
 /// Quantities of a named point of a body.
@@ -58,8 +64,10 @@ const ENERGY: [&str; 9] = [
 pub enum Column {
     /// Quantity of a body.
     Body(usize, usize),
-    /// Quantity of a clearance joint.
+    /// Quantity of a contact slot.
     Joint(usize, usize),
+    /// Quantity of a guide.
+    Guide(usize, usize),
     /// Torque or force of a drive.
     Drive(usize),
     /// Power of a drive.
@@ -76,7 +84,7 @@ pub enum Column {
     Bushing(usize, usize),
     /// Quantity of a torsion spring or damper.
     Torsion(usize, usize),
-    /// Loss of a clearance joint.
+    /// Loss of a contact slot.
     Loss(usize, usize),
     /// Energy, work or loss of the whole mechanism.
     Energy(usize),
@@ -108,8 +116,16 @@ fn usual_columns(mechanism: &Mechanism) -> Vec<Named> {
     for (index, body) in mechanism.bodies.iter().enumerate() {
         columns.extend(named(&body.name, &BODY, |k| Column::Body(index, k)));
     }
-    for (index, joint) in mechanism.slots.iter().enumerate() {
-        columns.extend(named(&joint.name, &JOINT, |k| Column::Joint(index, k)));
+    for (index, guide) in mechanism.guides.iter().enumerate() {
+        let quantities = if guide.angle.is_some() { &GUIDE[..] } else { &GUIDE[..GUIDE.len() - 1] };
+        columns.extend(named(&guide.name, quantities, |k| Column::Guide(index, k)));
+    }
+    for (index, slot) in mechanism.slots.iter().enumerate() {
+        let first = match slot.law.surfaces {
+            Surfaces::Bearing { .. } => 0,
+            Surfaces::Face(_) => FIRST_OF_CONTACT,
+        };
+        columns.extend(named(&slot.name, &JOINT[first..], |k| Column::Joint(index, first + k)));
     }
     for (index, driven) in mechanism.driven.iter().enumerate() {
         let effort = if driven.is_angle { "torque" } else { "force" };
@@ -135,8 +151,8 @@ fn further_columns(mechanism: &Mechanism) -> Vec<Named> {
         columns.extend(named(&joint.name, coordinate, |k| Column::Coordinate(index, k)));
         columns.extend(named(&joint.name, &REACTION, |k| Column::Reaction(index, k)));
     }
-    for (index, joint) in mechanism.slots.iter().enumerate() {
-        columns.extend(named(&joint.name, &LOSS, |k| Column::Loss(index, k)));
+    for (index, slot) in mechanism.slots.iter().enumerate() {
+        columns.extend(named(&slot.name, &LOSS, |k| Column::Loss(index, k)));
     }
     for (index, driven) in mechanism.driven.iter().enumerate() {
         columns.push((format!("{}.power", driven.name), Column::DrivePower(index)));
@@ -211,6 +227,7 @@ impl Needs {
                     needs.work |= *quantity >= 4;
                 }
                 Column::Joint(..) => needs.contacts = true,
+                Column::Guide(_, quantity) => needs.contacts |= (3..6).contains(quantity),
                 Column::Link(..) | Column::Bushing(..) | Column::Torsion(..) => {}
             }
         }
@@ -231,6 +248,7 @@ impl Column {
         match self {
             Column::Body(index, quantity) => body_value(dynamics, index, quantity),
             Column::Joint(index, quantity) => joint_value(dynamics, index, quantity),
+            Column::Guide(index, quantity) => guide_value(dynamics, &tree.guides[index], quantity),
             Column::Drive(index) => dynamics.drive_effort(index),
             Column::DrivePower(index) => dynamics.drive_power(index),
             Column::Point(index, place, quantity) => {
@@ -262,6 +280,21 @@ impl Column {
                 [loss.impact, loss.friction, loss.wear][quantity]
             }
             Column::Energy(quantity) => energy_value(dynamics, work, quantity),
+        }
+    }
+}
+
+/// Where something slides in a guide, and the forces of all its contacts on it, with their moment about its point.
+fn guide_value(dynamics: &Dynamics, guide: &Guide, quantity: usize) -> f64 {
+    let motion = dynamics.guide_motion(guide);
+    match quantity {
+        0 => motion.displacement,
+        1 => motion.velocity,
+        2 => motion.offset,
+        6 => relative_rotation(dynamics, guide.bodies, 0) - guide.angle.unwrap_or(0.0),
+        _ => {
+            let Wrench { force, moment } = dynamics.guide_reaction(guide);
+            [force.x, force.y, moment][quantity - 3]
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The system that the integrator integrates: a motion with its tolerances, guards and phases, and the observers of its
 //! accepted steps.
 
-use crate::contact::pair::Phase;
+use crate::contact::pair::{Phase, Surfaces};
 use crate::dynamics::{Linearization, relative_motion};
 use crate::integrators::dense::DenseStep;
 use crate::integrators::events::Guard;
@@ -25,6 +25,7 @@ use crate::run::warnings::{Notice, of_scene};
 use crate::run::work::Work;
 use crate::run::work::balance::Balance;
 use crate::tree::elements::State;
+use crate::tree::kinematics::Vec2;
 
 /// First step of a run relative to the time in which the mechanism moves by its own size. Rejections shorten
 /// a step that is too long; one that is too short grows fivefold per step.
@@ -177,8 +178,15 @@ impl<'a> System<'a> {
         }
         match phase {
             Phase::Free => {
-                // Half a clearance per step: the journal cannot cross the bearing without an event.
-                let (rate, acceleration) = (relative.rate.norm(), relative.acceleration.norm());
+                // Half a clearance per step: the journal cannot cross the bearing without an event. Along a face the
+                // bodies may slide as far as they like.
+                let (rate, acceleration) = match joint.law.surfaces {
+                    Surfaces::Bearing { .. } => (relative.rate.norm(), relative.acceleration.norm()),
+                    Surfaces::Face(face) => {
+                        let along = relative.acceleration.dot(&Vec2::from(face.normal));
+                        (state.penetration_rate.abs(), along.abs())
+                    }
+                };
                 let clearance = joint.law.clearance;
                 // |ė| h + |ë| h²/2 = c/2
                 let bound = clearance / (rate + (rate * rate + acceleration * clearance).sqrt());

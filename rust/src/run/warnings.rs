@@ -1,5 +1,6 @@
 //! Notices of a run: what should be checked but did not stop it, with a code and numbers that programs read.
 
+use crate::contact::pair::Surfaces;
 use crate::error::Problem;
 use crate::mechanism::compiled::Mechanism;
 use crate::run::contacts::log::ContactLog;
@@ -62,8 +63,12 @@ pub(crate) fn of_run(
     warn_of_floors(mechanism, tolerances, log, &mut warnings);
     for (joint, deepest) in mechanism.slots.iter().zip(&log.deepest) {
         if *deepest > DEEP * joint.law.size() {
+            let of_what = match joint.law.surfaces {
+                Surfaces::Bearing { .. } => "the journal radius",
+                Surfaces::Face(_) => "the size of what touches the face",
+            };
             let what = format!(
-                "the penetration reached {deepest:.2e} m, more than {DEEP} of the journal radius: contact laws do not \
+                "the penetration reached {deepest:.2e} m, more than {DEEP} of {of_what}: contact laws do not \
                  hold there; the mechanism may be jammed or the stiffness too small: look at its motion there, and \
                  compare the stiffness with laws.hertz_stiffness"
             );

@@ -140,6 +140,7 @@ impl Scene {
                     checker.positive(&format!("{path}.impact_velocity_floor"), "m/s", *floor);
                 }
             }
+            Joint::Guide { .. } => checker.guide(path, joint),
         }
     }
 
@@ -306,8 +307,12 @@ impl Scene {
                 checker.finite_pair(&format!("{path}.rate"), "m/s", rate);
                 let found = self.find_joint(joint).and_then(|found| match found {
                     Joint::Clearance { .. } => Ok(()),
-                    Joint::Ideal { .. } => Err(format!("joint {joint:?} must be a joint with clearance")),
+                    _ => Err(format!("joint {joint:?} must be a revolute joint with clearance")),
                 });
+                ("joint", joint, found)
+            }
+            Start::Guide { joint, .. } => {
+                let found = self.find_joint(joint).and_then(|found| checker.guide_start(path, found, start));
                 ("joint", joint, found)
             }
         };
@@ -315,7 +320,8 @@ impl Scene {
         let twice = earlier.iter().any(|other| match (start, other) {
             (Start::Body { body, .. }, Start::Body { body: other, .. }) => body == other,
             (Start::Joint { joint, .. }, Start::Joint { joint: other, .. })
-            | (Start::Clearance { joint, .. }, Start::Clearance { joint: other, .. }) => joint == other,
+            | (Start::Clearance { joint, .. }, Start::Clearance { joint: other, .. })
+            | (Start::Guide { joint, .. }, Start::Guide { joint: other, .. }) => joint == other,
             _ => false,
         });
         if twice {
@@ -397,14 +403,14 @@ impl Checker {
         }
     }
 
-    fn finite(&mut self, path: &str, unit: &str, value: f64) -> bool {
+    pub(super) fn finite(&mut self, path: &str, unit: &str, value: f64) -> bool {
         if !value.is_finite() {
             self.add(path, format!("must be a finite number [{unit}], got {value}"));
         }
         value.is_finite()
     }
 
-    fn finite_pair(&mut self, path: &str, unit: &str, values: &[f64; 2]) {
+    pub(super) fn finite_pair(&mut self, path: &str, unit: &str, values: &[f64; 2]) {
         for (index, &value) in values.iter().enumerate() {
             self.finite(&format!("{path}[{index}]"), unit, value);
         }

@@ -2,6 +2,7 @@
 //! [`parts::Scene`] or every problem at once, with its path. Uses `numerics`, `expression` and the laws of `contact`.
 
 mod check;
+mod check_guides;
 mod check_laws;
 mod functions;
 pub(crate) mod json;

@@ -89,11 +89,44 @@ pub(crate) fn length_scale(scene: &Scene) -> f64 {
         length = length.max(body.extent());
     }
     for joint in &scene.joints {
-        if let Joint::Clearance { journal_radius, .. } = joint {
-            length = length.max(*journal_radius);
+        match joint {
+            Joint::Clearance { journal_radius: size, .. }
+            | Joint::Guide { shape: GuideShape::Block { length: size, .. }, .. }
+            | Joint::Guide { shape: GuideShape::Pin { radius: size, .. }, .. } => length = length.max(*size),
+            Joint::Guide { shape: GuideShape::Stop { .. }, .. } | Joint::Ideal { .. } => {}
         }
     }
     if length > 0.0 { length } else { 1.0 }
+}
+
+/// What slides in a guide with play.
+#[derive(Clone, Debug, PartialEq)]
+pub enum GuideShape {
+    /// A block between two parallel faces: four corners may touch them.
+    Block {
+        /// Length along the axis [m].
+        length: f64,
+        /// Height across the axis [m]: of the block, or of the rod in a sleeve.
+        height: f64,
+        /// Distance of the block in the middle to each face [m].
+        clearance: f64,
+        /// Angle of body b relative to body a without tilt [rad].
+        angle: f64,
+        /// Whether the corners are those of body a: a sleeve of that length on a longer rod.
+        is_sleeve: bool,
+    },
+    /// A pin between two parallel faces.
+    Pin {
+        /// Radius [m].
+        radius: f64,
+        /// Distance of the pin in the middle to each face [m].
+        clearance: f64,
+    },
+    /// A corner or a round edge before one face; the axis is the normal out of the face.
+    Stop {
+        /// Radius of the edge [m].
+        radius: f64,
+    },
 }
 
 /// A joint between two points.
@@ -131,20 +164,39 @@ pub enum Joint {
         /// Lower bound of the impact velocity in the damping [m/s]; `None`: chosen from the tolerance.
         impact_velocity_floor: Option<f64>,
     },
+    /// A guide with play, a pin in a slot with play, or a stop: contact forces at straight faces.
+    Guide {
+        /// Name, unique in the scene.
+        name: String,
+        /// Point of the body that has the faces, in the middle of the guide, as `body.point`.
+        a: String,
+        /// Point of the body that slides, in its middle.
+        b: String,
+        /// Direction of the guide in the frame of body a; any length.
+        axis: [f64; 2],
+        /// What slides in it.
+        shape: GuideShape,
+        /// Normal-force law of each contact.
+        contact: NormalLaw,
+        /// Friction law, if any.
+        friction: Option<FrictionLaw>,
+        /// Lower bound of the impact velocity in the damping [m/s]; `None`: chosen from the tolerance.
+        impact_velocity_floor: Option<f64>,
+    },
 }
 
 impl Joint {
     /// Name of the joint.
     pub fn name(&self) -> &str {
         match self {
-            Joint::Ideal { name, .. } | Joint::Clearance { name, .. } => name,
+            Joint::Ideal { name, .. } | Joint::Clearance { name, .. } | Joint::Guide { name, .. } => name,
         }
     }
 
     /// The two references with the names of their fields.
     pub(crate) fn references(&self) -> [(&'static str, &str); 2] {
         match self {
-            Joint::Ideal { a, b, .. } => [("a", a), ("b", b)],
+            Joint::Ideal { a, b, .. } | Joint::Guide { a, b, .. } => [("a", a), ("b", b)],
             Joint::Clearance { bearing, journal, .. } => [("bearing", bearing), ("journal", journal)],
         }
     }
@@ -335,6 +387,18 @@ pub enum Start {
         eccentricity: [f64; 2],
         /// Its rate [m/s].
         rate: [f64; 2],
+    },
+    /// What slides in a guide with play; by default in the middle, without tilt, at relative rest. Values are followed
+    /// by their rates.
+    Guide {
+        /// Name of the guide or slot.
+        joint: String,
+        /// Distance from the axis, to its left [m], and its rate [m/s].
+        offset: [f64; 2],
+        /// Angle from the axis [rad], and its rate [rad/s]; a pin has none.
+        tilt: [f64; 2],
+        /// Displacement along the axis [m], and its rate [m/s].
+        displacement: [Option<f64>; 2],
     },
 }
 

@@ -7,7 +7,9 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::error::Problem;
-use crate::scene::parts::{Body, Drive, Ends, Force, Joint, JointKind, Scene, Start, same_points};
+use crate::scene::parts::{
+    Body, Drive, Ends, Force, GuideShape, Joint, JointKind, Scene, Start, same_points,
+};
 use crate::scene::time_function::TimeFunction;
 
 /// Length [m] from which a body may be one in millimeters: parts of watches measure a few millimeters.
@@ -116,6 +118,7 @@ impl Scene {
     fn warn_of_joints(&self, warnings: &mut Vec<Problem>) {
         let ends: Vec<Ends> = self.joints.iter().map(|joint| self.ends(joint)).collect();
         for (index, joint) in self.joints.iter().enumerate() {
+            self.warn_of_guide(index, joint, warnings);
             let Joint::Clearance { name, journal_radius, clearance, .. } = joint else { continue };
             let radius = *journal_radius;
             let reach = joint.references().into_iter().filter_map(|(_, reference)| self.reach(reference));
@@ -158,6 +161,32 @@ impl Scene {
                     ),
                 ));
             }
+        }
+    }
+
+    /// Warns of a guide or slot with a very large clearance.
+    fn warn_of_guide(&self, index: usize, joint: &Joint, warnings: &mut Vec<Problem>) {
+        let (what, clearance, size) = match joint {
+            Joint::Guide { shape: GuideShape::Block { height, clearance, .. }, .. } => {
+                ("height", *clearance, *height)
+            }
+            Joint::Guide { shape: GuideShape::Pin { radius, clearance }, .. } => {
+                ("radius of its pin", *clearance, *radius)
+            }
+            _ => return,
+        };
+        if clearance > LOOSE * size {
+            warnings.push(Problem::new(
+                format!("joints[{index}].clearance"),
+                format!(
+                    "the clearance of {:?}, {} m, is {} times the {what}, {} m, far more than in any guide; clearances \
+                     are those of one side, in meters",
+                    joint.name(),
+                    short(clearance),
+                    short(clearance / size),
+                    short(size)
+                ),
+            ));
         }
     }
 

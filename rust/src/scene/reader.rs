@@ -12,7 +12,7 @@ use crate::error::{InputError, Problem, Subject};
 use crate::scene::functions::{load, load_or_none, time_function};
 use crate::scene::json::{Fields, Node, Problems};
 use crate::scene::parts::{
-    Body, CENTER_OF_MASS, Drive, Force, ForceFrame, GROUND, Joint, JointKind, Scene, Start,
+    Body, CENTER_OF_MASS, Drive, Force, ForceFrame, GROUND, GuideShape, Joint, JointKind, Scene, Start,
 };
 
 /// The fields that determine the kind of an object; without them it cannot be checked.
@@ -113,6 +113,9 @@ enum JointType {
     Prismatic,
     Fixed,
     Clearance,
+    Guide,
+    Pin,
+    Stop,
 }
 
 fn joint(node: Node, problems: &mut Problems) -> Joint {
@@ -122,6 +125,9 @@ fn joint(node: Node, problems: &mut Problems) -> Joint {
         ("prismatic", JointType::Prismatic),
         ("fixed", JointType::Fixed),
         ("clearance_revolute", JointType::Clearance),
+        ("clearance_prismatic", JointType::Guide),
+        ("pin_in_slot", JointType::Pin),
+        ("stop", JointType::Stop),
     ];
     let kind = fields.tag("type", &types, problems);
     let name = fields.text("name", problems);
@@ -141,6 +147,8 @@ fn joint(node: Node, problems: &mut Problems) -> Joint {
             sliding: fields.word("sliding", &conventions, problems),
             impact_velocity_floor: fields.optional_number("impact_velocity_floor", problems),
         }
+    } else if let JointType::Guide | JointType::Pin | JointType::Stop = kind {
+        guide(kind, name, &mut fields, problems)
     } else {
         let a = fields.text("a", problems);
         let b = fields.text("b", problems);
@@ -156,6 +164,39 @@ fn joint(node: Node, problems: &mut Problems) -> Joint {
     };
     fields.finish(problems);
     joint
+}
+
+/// A guide with play, a pin in a slot or a stop.
+fn guide(kind: JointType, name: String, fields: &mut Fields, problems: &mut Problems) -> Joint {
+    let ends = if let JointType::Pin = kind { ["slot", "pin"] } else { ["a", "b"] };
+    let [a, b] = ends.map(|end| fields.text(end, problems));
+    let axis = fields.pair(if let JointType::Stop = kind { "normal" } else { "axis" }, problems);
+    let shape = match kind {
+        JointType::Pin => GuideShape::Pin {
+            radius: fields.number("pin_radius", problems),
+            clearance: fields.number("clearance", problems),
+        },
+        JointType::Stop => GuideShape::Stop { radius: fields.number_or("radius", 0.0, problems) },
+        _ => GuideShape::Block {
+            length: fields.number("length", problems),
+            height: fields.number("height", problems),
+            clearance: fields.number("clearance", problems),
+            angle: fields.number_or("angle", 0.0, problems),
+            is_sleeve: fields.word("corners", &[("b", false), ("a", true)], problems),
+        },
+    };
+    Joint::Guide {
+        name,
+        a,
+        b,
+        axis,
+        shape,
+        contact: fields
+            .required("contact", problems)
+            .map_or(UNREADABLE_LAW, |node| normal_law(node, problems)),
+        friction: fields.optional("friction").map(|node| friction_law(node, problems)),
+        impact_velocity_floor: fields.optional_number("impact_velocity_floor", problems),
+    }
 }
 
 /// Placeholder of a law that could not be read, for which a problem was added.
@@ -352,11 +393,17 @@ enum StartType {
     Joint,
     Body,
     Clearance,
+    Guide,
 }
 
 fn start(node: Node, problems: &mut Problems) -> Start {
     let mut fields = node.fields(problems);
-    let types = [("joint", StartType::Joint), ("body", StartType::Body), ("clearance", StartType::Clearance)];
+    let types = [
+        ("joint", StartType::Joint),
+        ("body", StartType::Body),
+        ("clearance", StartType::Clearance),
+        ("guide", StartType::Guide),
+    ];
     let kind = fields.tag("type", &types, problems);
     let start = match kind {
         StartType::Joint => Start::Joint {
@@ -373,6 +420,12 @@ fn start(node: Node, problems: &mut Problems) -> Start {
             joint: fields.text("joint", problems),
             eccentricity: fields.pair("eccentricity", problems),
             rate: fields.optional("rate").map_or([0.0, 0.0], |node| node.pair(problems)),
+        },
+        StartType::Guide => Start::Guide {
+            joint: fields.text("joint", problems),
+            offset: ["offset", "offset_rate"].map(|field| fields.number_or(field, 0.0, problems)),
+            tilt: ["tilt", "tilt_rate"].map(|field| fields.number_or(field, 0.0, problems)),
+            displacement: ["displacement", "velocity"].map(|field| fields.optional_number(field, problems)),
         },
     };
     fields.finish(problems);

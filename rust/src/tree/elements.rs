@@ -5,6 +5,8 @@
 //! functions of time, and only the remaining, free coordinates are integrated: the paper's slider-crank has
 //! 2 coordinates instead of 9 with 7 constraints. `span.rs` builds the tree.
 
+use std::ops::Range;
+
 use crate::contact::pair::ContactLaw;
 use crate::numerics::dual::Scalar;
 use crate::numerics::instant::Instant;
@@ -108,6 +110,25 @@ pub struct ContactSlot {
     pub law: ContactLaw,
     /// Lower bound of the impact velocity in the damping [m/s], if the scene gives one.
     pub impact_velocity_floor: Option<f64>,
+}
+
+/// A guide with play, or a slot with a pin: what its contacts have in common.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Guide {
+    /// Name.
+    pub name: String,
+    /// A point in the middle of the guide, and the point of the second body that slides there.
+    pub points: [FramePoint; 2],
+    /// Indices of the two bodies; `None` is ground.
+    pub bodies: [Option<usize>; 2],
+    /// Unit vector along the guide, in the frame of the first point.
+    pub axis: Vec2,
+    /// Angle of the second body against the first without tilt [rad]; `None` for a pin, which may turn.
+    pub angle: Option<f64>,
+    /// Its contacts.
+    pub slots: Range<usize>,
+    /// -1 where the force of a contact is that on the first body.
+    pub sign: f64,
 }
 
 /// A revolute joint at which a loop of ideal joints was cut: its two points must coincide.
@@ -326,6 +347,8 @@ pub struct Tree {
     pub driven_inertias: Vec<FrameInertia>,
     /// Places where bodies may touch, in the order of the joints of the scene.
     pub slots: Vec<ContactSlot>,
+    /// Guides with play and slots with pins, in the order of the scene.
+    pub guides: Vec<Guide>,
     /// Loop closures, in the order of the scene; none in a tree.
     pub closures: Vec<Closure>,
     /// Ideal joints, in the order of the scene.

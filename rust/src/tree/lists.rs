@@ -1,13 +1,12 @@
 //! The flat lists of a spanning tree: everything a run needs of the scene, relative to frames instead of
 //! bodies.
 
-use crate::contact::pair::{ContactLaw, Surfaces};
 use crate::scene::loads::Load as SceneLoad;
 use crate::scene::parts::{Attachment, Force, ForceFrame, Joint, JointKind, length_scale};
 use crate::scene::quantities::Quantity;
 use crate::tree::elements::{
-    AppliedForce, AppliedTorque, BodyPlacement, Bushing, Closure, ContactSlot, DrivenCoordinate,
-    FrameInertia, IdealJoint, IdealKind, Link, Path, Pull, Realization, Torsion, Tree,
+    AppliedForce, AppliedTorque, BodyPlacement, Bushing, Closure, DrivenCoordinate, FrameInertia, IdealJoint,
+    IdealKind, Link, Path, Pull, Realization, Torsion, Tree,
 };
 use crate::tree::kinematics::{Frame, Vec2};
 use crate::tree::loads::{Load, MotionLoad, Variable};
@@ -49,7 +48,8 @@ impl Builder<'_> {
             bodies,
             inertias,
             driven_inertias,
-            slots: self.slots(),
+            slots: Vec::new(),
+            guides: Vec::new(),
             closures,
             ideal_joints,
             tree_joints,
@@ -62,6 +62,7 @@ impl Builder<'_> {
             motion_loads: Vec::new(),
             gravity: Vec2::zeros(),
         };
+        self.add_slots(&mut tree);
         self.add_forces(&mut tree);
         tree.frames = self.frames;
         tree.coordinate_names = self.coordinate_names;
@@ -90,41 +91,6 @@ impl Builder<'_> {
                 }
             })
             .collect()
-    }
-
-    fn slots(&self) -> Vec<ContactSlot> {
-        let compiled = |joint: &Joint| {
-            let Joint::Clearance {
-                name,
-                journal_radius,
-                clearance,
-                contact,
-                friction,
-                sliding,
-                impact_velocity_floor,
-                ..
-            } = joint
-            else {
-                return None;
-            };
-            Some(ContactSlot {
-                name: name.clone(),
-                points: self.ends(joint).map(|end| self.place(end)),
-                bodies: self.ends(joint).map(|end| end.body),
-                law: ContactLaw {
-                    surfaces: Surfaces::Bearing {
-                        journal_radius: *journal_radius,
-                        bearing_radius: journal_radius + clearance,
-                    },
-                    clearance: *clearance,
-                    normal: *contact,
-                    friction: *friction,
-                    sliding: *sliding,
-                },
-                impact_velocity_floor: *impact_velocity_floor,
-            })
-        };
-        self.scene.joints.iter().filter_map(compiled).collect()
     }
 
     fn ideal_joints(&self) -> IdealJoints {

@@ -7,4 +7,5 @@ pub mod kinematics;
 mod lists;
 pub mod loads;
 pub mod motions;
+mod slots;
 mod span;

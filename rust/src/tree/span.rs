@@ -260,7 +260,7 @@ impl<'a> Builder<'a> {
     fn check_clearances(&self) -> Result<(), InputError> {
         let joints = self.scene.joints.iter().enumerate();
         let problems: Vec<Problem> = joints
-            .filter(|(_, joint)| matches!(joint, Joint::Clearance { .. }))
+            .filter(|(_, joint)| !matches!(joint, Joint::Ideal { .. }))
             .filter(|(_, joint)| {
                 let [bearing, journal] = self.ends(joint).map(|end| self.place(end));
                 bearing.frame == journal.frame

@@ -117,7 +117,7 @@ pub(crate) fn contacts(case: &Case, states: &[CartesianState]) -> Vec<Contact> {
         Joint::Clearance { bearing, journal, journal_radius, clearance, contact, sliding, .. } => {
             Some((bearing, journal, *journal_radius, *clearance, contact, *sliding))
         }
-        Joint::Ideal { .. } => None,
+        Joint::Ideal { .. } | Joint::Guide { .. } => None,
     });
     let mut list = Vec::new();
     for (index, (bearing, journal, radius, clearance, contact, convention)) in clearances.enumerate() {

@@ -7,10 +7,10 @@ use chebclear::run::outputs::{column_names, further_column_names};
 use chebclear::run::settings::{Method, Settings};
 use chebclear::run::trajectory::{Trajectory, simulate};
 use chebclear::scene::loads::Load;
-use chebclear::scene::parts::{Drive, Force, ForceFrame, Joint, JointKind, Point, Scene, Start};
+use chebclear::scene::parts::{Drive, Force, ForceFrame, GuideShape, Joint, JointKind, Point, Scene, Start};
 use chebclear::scene::time_function::{Spline, TimeFunction};
 
-use crate::support::{body, compile, ideal, point, slider_crank};
+use crate::support::{body, compile, ideal, paper_friction, point, slider_crank};
 
 /// How many times larger the numbers of lengths, masses and times become.
 #[derive(Clone, Copy, Debug)]
@@ -67,7 +67,7 @@ impl Units {
     fn of(self, column: &str) -> f64 {
         match column.rsplit_once('.').unwrap().1 {
             "x" | "y" | "eccentricity_x" | "eccentricity_y" | "eccentricity" | "penetration"
-            | "displacement" | "length" => self.length,
+            | "displacement" | "offset" | "length" => self.length,
             "vx" | "vy" | "penetration_rate" | "sliding_velocity" | "velocity" | "lengthening" => {
                 self.speed()
             }
@@ -78,7 +78,7 @@ impl Units {
             "torque" | "reaction_torque" | "wear" => self.energy(),
             "power" => self.energy() / self.time,
             _ if column.starts_with("energy.") || column.ends_with("_loss") => self.energy(),
-            "angle" | "contact" => 1.0,
+            "angle" | "tilt" | "contact" => 1.0,
             other => panic!("output {other} has no unit"),
         }
     }
@@ -113,21 +113,20 @@ impl Units {
                 } => {
                     *journal_radius *= self.length;
                     *clearance *= self.length;
-                    assert_eq!(contact.exponent, 1.5);
-                    // N/m^1.5; a power of four has an exact root.
-                    contact.stiffness *= self.force() / (self.length * self.length.sqrt());
-                    if let Some(FrictionLaw::ModifiedCoulomb {
-                        stick_slip_velocity,
-                        static_sliding_velocity,
-                        ..
-                    }) = friction
-                    {
-                        *stick_slip_velocity *= self.speed();
-                        *static_sliding_velocity *= self.speed();
+                    self.scale_laws(contact, friction, impact_velocity_floor);
+                }
+                Joint::Guide { axis, shape, contact, friction, impact_velocity_floor, .. } => {
+                    *axis = axis.map(|x| x * self.length);
+                    match shape {
+                        GuideShape::Block { length, height, clearance, .. } => {
+                            [length, height, clearance].into_iter().for_each(|size| *size *= self.length);
+                        }
+                        GuideShape::Pin { radius, clearance } => {
+                            [radius, clearance].into_iter().for_each(|size| *size *= self.length);
+                        }
+                        GuideShape::Stop { radius } => *radius *= self.length,
                     }
-                    if let Some(floor) = impact_velocity_floor {
-                        *floor *= self.speed();
-                    }
+                    self.scale_laws(contact, friction, impact_velocity_floor);
                 }
             }
         }
@@ -172,6 +171,26 @@ impl Units {
             *rate = rate.map(|v| v * self.speed());
         }
         scene
+    }
+
+    fn scale_laws(
+        self,
+        contact: &mut NormalLaw,
+        friction: &mut Option<FrictionLaw>,
+        impact_velocity_floor: &mut Option<f64>,
+    ) {
+        assert_eq!(contact.exponent, 1.5);
+        // N/m^1.5; a power of four has an exact root.
+        contact.stiffness *= self.force() / (self.length * self.length.sqrt());
+        if let Some(FrictionLaw::ModifiedCoulomb { stick_slip_velocity, static_sliding_velocity, .. }) =
+            friction
+        {
+            *stick_slip_velocity *= self.speed();
+            *static_sliding_velocity *= self.speed();
+        }
+        if let Some(floor) = impact_velocity_floor {
+            *floor *= self.speed();
+        }
     }
 
     fn scale_load(self, load: &mut Load, unit: f64) {
@@ -236,6 +255,33 @@ fn mixed() -> Scene {
         sliding: chebclear::contact::pair::SlidingVelocity::Surface,
         impact_velocity_floor: None,
     });
+    scene
+}
+
+/// The slider in a guide with play, and a stop that its crank passes every turn.
+fn guided() -> Scene {
+    let mut scene = slider_crank(false);
+    let contact = NormalLaw { stiffness: 1e9, exponent: 1.5, damping: Damping::Elastic };
+    let wrist = scene.joints.pop().expect("the mechanism has four joints");
+    scene.joints.pop();
+    let shape =
+        GuideShape::Block { length: 0.04, height: 0.02, clearance: 1e-4, angle: 0.0, is_sleeve: false };
+    let stop = GuideShape::Stop { radius: 3e-3 };
+    let parts = [
+        ("guide", "ground", "slider", [1.0, 0.0], shape, Some(paper_friction())),
+        ("stop", "ground", "rod.center_of_mass", [0.3, 1.0], stop, None),
+    ];
+    scene.joints.push(wrist);
+    scene.joints.extend(parts.map(|(name, a, b, axis, shape, friction)| Joint::Guide {
+        name: name.to_owned(),
+        a: a.to_owned(),
+        b: b.to_owned(),
+        axis,
+        shape,
+        contact,
+        friction,
+        impact_velocity_floor: Some(1e-6),
+    }));
     scene
 }
 
@@ -328,6 +374,7 @@ fn gate_10_results_do_not_depend_on_the_unit_of_length() {
         same_bits(&with_default_floor(slider_crank(true)), 0.01, units);
         same_bits(&mixed(), 0.01, units);
         same_bits(&elements(), 0.01, units);
+        same_bits(&guided(), 0.005, units);
         same_bits(&prescribed(), 0.01, units);
     }
 }
@@ -339,6 +386,7 @@ fn gate_10_results_do_not_depend_on_the_unit_of_mass() {
         same_bits(&with_default_floor(slider_crank(true)), 0.01, units);
         same_bits(&mixed(), 0.01, units);
         same_bits(&elements(), 0.01, units);
+        same_bits(&guided(), 0.005, units);
         same_bits(&prescribed(), 0.01, units);
     }
 }
@@ -350,6 +398,7 @@ fn gate_10_results_do_not_depend_on_the_unit_of_time() {
         same_bits(&with_default_floor(slider_crank(true)), 0.01, units);
         same_bits(&mixed(), 0.01, units);
         same_bits(&elements(), 0.01, units);
+        same_bits(&guided(), 0.005, units);
         same_bits(&prescribed(), 0.01, units);
     }
 }
@@ -359,6 +408,7 @@ fn gate_10_results_do_not_depend_on_any_unit() {
     same_bits(&with_default_floor(slider_crank(false)), 0.01, ALL);
     same_bits(&mixed(), 0.01, ALL);
     same_bits(&elements(), 0.01, ALL);
+    same_bits(&guided(), 0.005, ALL);
     same_bits(&prescribed(), 0.01, ALL);
 }
 

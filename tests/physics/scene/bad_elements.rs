@@ -359,7 +359,7 @@ fn names_references_words_and_functions_are_checked() {
         (
             "\"joint\": \"eye\"",
             "\"joint\": \"pivot\"",
-            "start[2].joint: joint \"pivot\" must be a joint with clearance",
+            "start[2].joint: joint \"pivot\" must be a revolute joint with clearance",
         ),
         (
             "\"eccentricity\": [1e-4, 2e-4]",

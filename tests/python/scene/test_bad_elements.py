@@ -195,7 +195,7 @@ def test_negative_numbers(path):
         ("start[0].joint", "rail", None, 'the start of joint "rail" is prescribed by its drive "shaker"'),
         ("start[1].body", "ground", None, "ground does not move"),
         ("start[1].body", "foot", None, 'unknown body "foot"'),
-        ("start[2].joint", "pivot", None, 'joint "pivot" must be a joint with clearance'),
+        ("start[2].joint", "pivot", None, 'joint "pivot" must be a revolute joint with clearance'),
         ("start[2].eccentricity", (1.0,), None, "must be a pair of numbers (x, y)"),
         ("start[2].eccentricity", (1.0, math.nan), "start[2].eccentricity[1]", "must be a finite number [m]"),
         ("start[2].rate", (0.0, "fast"), "start[2].rate[1]", "must be a number, got 'fast'"),

@@ -159,7 +159,7 @@ def test_wrong_types_are_reported_together_and_with_wrong_numbers():
         assert found["bodies[1].inertia"] == "must be a number, got [1.0]"
         assert "mapping" in found["bodies[1].points"]
         assert found["bodies[2].name"] == "must be a text, got 7"
-        assert "ClearanceRevolute, got 'a pin'" in found["joints[3]"]
+        assert "Stop, got 'a pin'" in found["joints[3]"]
         assert found["forces"] == "must be a sequence, got 5"
         # Of the right type but wrong: found by the core in the same go.
         assert "must be > 0 [kg]" in found["bodies[2].mass"]

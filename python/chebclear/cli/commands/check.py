@@ -9,7 +9,7 @@ from typing import Any
 from ...base.units import written
 from ...base.writing import complete_folder, file_name
 from ...scene.columns import column_unit
-from ...scene.parts import ends_of, loose_joints
+from ...scene.parts import ends_of, joints_with_play
 from ...scene.scene import ClearanceRevolute, Scene
 from ...templates.template import Template
 from ..figures import draw_scene
@@ -96,12 +96,14 @@ def _remarks(template: Template, scene: Scene) -> list[str]:
 
 def _play(scene: Scene) -> list[str]:
     """The clearances as radial values and as diametral values for tables of fits."""
-    loose = loose_joints(scene.joints)
+    loose = joints_with_play(scene.joints)
     if not loose:
         return []
     lines = [
-        f"  {joint.name} {1e6 * joint.clearance:.6g} um radial, {2e6 * joint.clearance:.6g} um between the "
-        "diameters"
+        f"  {joint.name} {1e6 * joint.clearance:.6g} um "
+        + ("radial" if isinstance(joint, ClearanceRevolute) else "to each side")
+        + f", {2e6 * joint.clearance:.6g} um "
+        + ("between the diameters" if isinstance(joint, ClearanceRevolute) else "in all")
         for joint in loose
     ]
     return ["clearance", *lines, ""]
@@ -135,9 +137,7 @@ def _facts(template: Template, scene: Scene, picture: Path | None) -> dict[str, 
         "title": template.title,
         "bodies": facts.bodies,
         "joints": [joint.name for joint in scene.joints],
-        "clearance": {
-            joint.name: joint.clearance for joint in scene.joints if isinstance(joint, ClearanceRevolute)
-        },
+        "clearance": {joint.name: joint.clearance for joint in joints_with_play(scene.joints)},
         "degrees_of_freedom": facts.degrees_of_freedom,
         "coordinates": facts.coordinates,
         "cut_joints": facts.cut_joints,

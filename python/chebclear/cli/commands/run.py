@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from ...base.writing import complete_folder
 from ...run.trajectory import Trajectory
 from ...scene.columns import column_unit
-from ...scene.scene import ClearanceRevolute
 from ..figures import draw_run
 from ..options import Commands, add_out, add_scene, add_settings, new_command
 from ..output import Rows, print_json, require_writable, table_text, write_table
@@ -93,18 +92,17 @@ def _extremes(result: Trajectory) -> Rows:
 def _contacts(result: Trajectory) -> Rows:
     """Contacts of each clearance joint in the sampled time."""
     rows = []
-    for joint in result.scene.joints:
-        if isinstance(joint, ClearanceRevolute):
-            own = result.contacts.joint == joint.name
-            rows.append(
-                {
-                    "joint": joint.name,
-                    "contacts": int(own.sum()),
-                    "fastest impact [m/s]": _largest(result.contacts.impact_velocity[own]),
-                    "largest force [N]": _largest(result.contacts.peak_force[own]),
-                    "longest [s]": _largest(result.contacts.duration[own]),
-                }
-            )
+    for name in result.scene.check().clearance_joints:
+        own = result.contacts.joint == name
+        rows.append(
+            {
+                "joint": name,
+                "contacts": int(own.sum()),
+                "fastest impact [m/s]": _largest(result.contacts.impact_velocity[own]),
+                "largest force [N]": _largest(result.contacts.peak_force[own]),
+                "longest [s]": _largest(result.contacts.duration[own]),
+            }
+        )
     return rows
 
 

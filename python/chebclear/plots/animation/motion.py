@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from ...base.units import unit
 from ...scene.columns import column_unit
-from ...scene.parts import GROUND, owner_of
-from ...scene.scene import ClearanceRevolute, Prismatic, Scene
+from ...scene.parts import GROUND, ends_of, owner_of
+from ...scene.scene import ClearancePrismatic, ClearanceRevolute, PinInSlot, Prismatic, Scene
 from ..drawing.pen import strokes_of
 from ..drawing.pose import Pose
 from ..drawing.strokes import Owner, Stroke
@@ -158,9 +158,10 @@ def _travels(moments: list[Pose]) -> dict[str, tuple[float, float]]:
     """How far the block of each guide goes back and forth from where it is in the first frame [m]."""
     travels = {}
     for joint in moments[0].scene.joints:
-        if isinstance(joint, Prismatic):
+        if isinstance(joint, Prismatic | ClearancePrismatic | PinInSlot):
+            rail, slides = ends_of(joint)
             places = [
-                float((pose.at(joint.b) - pose.at(joint.a)) @ pose.direction(joint.axis, owner_of(joint.a)))
+                float((pose.at(slides) - pose.at(rail)) @ pose.direction(joint.axis, owner_of(rail)))
                 for pose in moments
             ]
             travels[joint.name] = (min(places) - places[0], max(places) - places[0])

@@ -13,17 +13,21 @@ from ...scene.parts import GROUND, ends_of, owner_of
 from ...scene.scene import (
     Body,
     Bushing,
+    ClearancePrismatic,
     ClearanceRevolute,
     Damper,
     Fixed,
     Force,
+    PinInSlot,
     Prismatic,
     Revolute,
     Spring,
+    Stop,
     Torque,
     TorsionDamper,
     TorsionSpring,
 )
+from .guides import draw_guide, half_size
 from .plane import Clutter, hull
 from .pose import GROUND_COLOR, Pose
 from .strokes import Owner, Stroke
@@ -39,6 +43,8 @@ _SUPPORT = 0.055  # height of a support on ground
 _COIL = 0.018  # half the width of a spring or damper
 _ARROW = 0.16  # length of the arrow of a force
 _HEAD = 0.022  # length of the head of an arrow
+
+_WITH_FACES = (ClearancePrismatic, PinInSlot, Stop)
 
 
 def strokes_of(
@@ -96,28 +102,28 @@ class Pen:
         ends = ends_of(joint)
         if GROUND not in map(owner_of, ends):
             return
-        if isinstance(joint, Prismatic):
-            return  # drawn with its block
+        if isinstance(joint, (Prismatic, *_WITH_FACES)):
+            return  # drawn with what slides
         point = self.pose.at(next(end for end in ends if owner_of(end) == GROUND))
         radius = self._radius(joint)
         height = max(_SUPPORT * self.unit, 1.8 * radius)
         half = max(0.6 * height, 1.15 * radius)
         corners = np.array([(-half, -height), (-0.55 * half, 0.0), (0.55 * half, 0.0), (half, -height)])
-        self._area(point + corners, GROUND, GROUND_COLOR, 1, alpha=0.2)
+        self.area(point + corners, GROUND, GROUND_COLOR, 1, alpha=0.2)
         foot, reach = point - np.array([0.0, height]), np.array([1.5 * half, 0.0])
         self.clutter.add(point, foot, 0.8 * half)
-        self._hatched(foot - reach, foot + reach)
+        self.hatched(foot - reach, foot + reach)
 
-    def _hatched(self, start: Array, end: Array) -> None:
+    def hatched(self, start: Array, end: Array) -> None:
         """A line with hatching to its right, as ground is drawn."""
         way = (end - start) / np.hypot(*(end - start))
         below = np.array([way[1], -way[0]])
         pitch = 0.014 * self.unit
         self.clutter.add(start, end, pitch)
-        self._line([start, end], GROUND, GROUND_COLOR, 1.4, 1)
+        self.line([start, end], GROUND, GROUND_COLOR, 1.4, 1)
         for place in np.arange(0.5 * pitch, np.hypot(*(end - start)), pitch):
             top = start + place * way
-            self._line([top, top + pitch * (below - way)], GROUND, GROUND_COLOR, 0.7, 1)
+            self.line([top, top + pitch * (below - way)], GROUND, GROUND_COLOR, 0.7, 1)
 
     # Bodies
 
@@ -127,17 +133,17 @@ class Pen:
         radius = _BAR * self.unit
         points = self.pose.points[body.name]
         discs = [(point, radius) for point in points]
-        self._area(hull(discs), body.name, color, 2, alpha=0.35)
+        self.area(hull(discs), body.name, color, 2, alpha=0.35)
         for first, second in itertools.combinations_with_replacement(points, 2):
             self.clutter.add(first, second, radius, body.name)
         for center, bearing in self.lugs.get(body.name, []):
             lug = 1.25 * bearing + 0.3 * radius
-            self._area(hull([(center, lug)]), body.name, color, 2, alpha=0.35)
+            self.area(hull([(center, lug)]), body.name, color, 2, alpha=0.35)
             self.clutter.add(center, center, lug)
         center = self.pose.at(f"{body.name}.center_of_mass")
         arm = 0.6 * radius
         for across in ((arm, 0.0), (0.0, arm)):
-            self._line([center - across, center + across], body.name, color, 1.1, 6)
+            self.line([center - across, center + across], body.name, color, 1.1, 6)
 
     # Joints
 
@@ -152,18 +158,22 @@ class Pen:
         if isinstance(joint, ClearanceRevolute):
             self._clearance(joint)
         elif isinstance(joint, Revolute):
-            self._disc(place, _PIN * self.unit, owner_of(ends[1]), "white", "0.15", 7)
+            self.disc(place, _PIN * self.unit, owner_of(ends[1]), "white", "0.15", 7)
         elif isinstance(joint, Prismatic):
             self._guide(joint)
+        elif isinstance(joint, _WITH_FACES):
+            draw_guide(self, joint, self.travel.get(joint.name, (0.0, 0.0)))
         elif isinstance(joint, Fixed):
             half = 0.7 * _PIN * self.unit
             square = np.array([(-half, -half), (half, -half), (half, half), (-half, half)])
-            self._area(place + square, owner_of(ends[1]), "0.15", 7, alpha=1.0)
+            self.area(place + square, owner_of(ends[1]), "0.15", 7, alpha=1.0)
 
     def _radius(self, joint: Any) -> float:
         """Radius of the symbol of a joint."""
         if isinstance(joint, ClearanceRevolute):
             return joint.journal_radius + self.exaggerate * joint.clearance
+        if isinstance(joint, _WITH_FACES):
+            return max(half_size(joint)[1], _PIN * self.unit)
         return self._block(joint)[0] if isinstance(joint, Prismatic) else _PIN * self.unit
 
     def _block(self, joint: Prismatic) -> tuple[float, float]:
@@ -182,10 +192,10 @@ class Pen:
         bearing, journal = (self.pose.at(end) for end in ends_of(joint))
         holder, turner = map(owner_of, ends_of(joint))
         outer, inner = self.pose.colors[holder], self.pose.colors[turner]
-        self._disc(bearing, self._radius(joint), holder, "white", outer, 4, width=1.6)
+        self.disc(bearing, self._radius(joint), holder, "white", outer, 4, width=1.6)
         shown = bearing + self.exaggerate * (journal - bearing)
-        self._disc(shown, joint.journal_radius, turner, inner, inner, 5, alpha=0.75)
-        self._disc(shown, 0.1 * joint.journal_radius, turner, "white", "white", 7)
+        self.disc(shown, joint.journal_radius, turner, inner, inner, 5, alpha=0.75)
+        self.disc(shown, 0.1 * joint.journal_radius, turner, "white", "white", 7)
 
     def _guide(self, joint: Prismatic) -> None:
         """Rail on body a along the axis, and a block on body b."""
@@ -201,7 +211,7 @@ class Pen:
             side = -1.0 if across[1] > 1e-9 or (abs(across[1]) <= 1e-9 and across[0] > 0.0) else 1.0
             foot = place + side * half_width * across
             ends = [foot + (back - reach) * way, foot + (forth + reach) * way]
-            self._hatched(*(ends if side < 0.0 else ends[::-1]))
+            self.hatched(*(ends if side < 0.0 else ends[::-1]))
         else:
             far = float((place - start) @ way)
             back, forth = self.travel.get(joint.name, (0.0, 0.0))
@@ -209,14 +219,14 @@ class Pen:
             high = max(0.0, far + forth + 1.8 * half_length)
             for offset in (-0.55 * _BAR * self.unit, 0.55 * _BAR * self.unit):
                 offside = start + offset * across
-                self._line([offside + low * way, offside + high * way], rail, self.pose.colors[rail], 0.9, 3)
+                self.line([offside + low * way, offside + high * way], rail, self.pose.colors[rail], 0.9, 3)
         moving = block if block != GROUND else rail
         corners = [
             place + x * half_length * way + y * half_width * across
             for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))
         ]
         # Behind the bodies: a pin in the block stays in sight.
-        self._area(np.array(corners), block, self.pose.colors[moving], 1.5, alpha=0.45)
+        self.area(np.array(corners), block, self.pose.colors[moving], 1.5, alpha=0.45)
 
     # Drives
 
@@ -247,7 +257,7 @@ class Pen:
     ) -> None:
         path = arc(place, radius, 35.0, 290.0)[:: -1 if clockwise else 1]
         self.clutter.add(place, place, radius)
-        self._line(path, owner, color, 1.3, 8)
+        self.line(path, owner, color, 1.3, 8)
         self._arrow_head(path[-1], path[-1] - path[-4], owner, color)
         if both:
             self._arrow_head(path[0], path[0] - path[3], owner, color)
@@ -255,7 +265,7 @@ class Pen:
     def _arrow(self, start: Array, tip: Array, owner: Owner, color: str, both: bool) -> None:
         way, _, _ = along(start, tip)
         head = _HEAD * self.unit * way
-        self._line([start + head if both else start, tip - head], owner, color, 1.3, 8)
+        self.line([start + head if both else start, tip - head], owner, color, 1.3, 8)
         self._arrow_head(tip - head, way, owner, color)
         if both:
             self._arrow_head(start + head, -way, owner, color)
@@ -303,13 +313,13 @@ class Pen:
         for name, place, inwards in ((force.a, start, way), (force.b, end, -way)):
             if owner_of(name) == GROUND:
                 across = 1.8 * width * np.array([-inwards[1], inwards[0]])
-                self._hatched(place + across, place - across)
+                self.hatched(place + across, place - across)
         self.clutter.add(start, end, 2.5 * width)
         self._symbol(lines, (force.a, force.b), 0.5 * (start + end), 2.5 * width, force.name)
 
     def _symbol(self, lines: Sequence[Array], owner: Owner, place: Array, radius: float, name: str) -> None:
         for line in lines:
-            self._line(line, owner, "0.2", 1.1, 6.5)
+            self.line(line, owner, "0.2", 1.1, 6.5)
         self.clutter.add(place, place, radius)
         self.named.append((place, name, radius))
 
@@ -340,14 +350,14 @@ class Pen:
         way, across, _ = along(np.zeros(2), direction)
         size = _HEAD * self.unit
         corners = [foot + size * way, foot + 0.45 * size * across, foot - 0.45 * size * across]
-        self._area(np.array(corners), owner, color, 8, alpha=1.0)
+        self.area(np.array(corners), owner, color, 8, alpha=1.0)
 
     # Strokes
 
-    def _area(self, corners: Array, owner: Owner, color: str, layer: float, *, alpha: float) -> None:
+    def area(self, corners: Array, owner: Owner, color: str, layer: float, *, alpha: float) -> None:
         self.strokes.append(Stroke("area", corners, owner, layer, color, face=color, alpha=alpha))
 
-    def _disc(
+    def disc(
         self,
         center: Array,
         radius: float,
@@ -361,7 +371,7 @@ class Pen:
     ) -> None:
         self.strokes.append(Stroke("disc", center[None, :], owner, layer, edge, width, face, alpha, radius))
 
-    def _line(
+    def line(
         self, points: Sequence[Array] | Array, owner: Owner, color: str, width: float, layer: float
     ) -> None:
         self.strokes.append(Stroke("line", np.array(points), owner, layer, color, width))

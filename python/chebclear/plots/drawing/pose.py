@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ArgumentError
-from ...scene.parts import GROUND, ends_of, loose_joints, owner_of
+from ...scene.parts import GROUND, ClearancePrismatic, ends_of, loose_joints, owner_of
 from ...scene.scene import Damper, Force, Scene, Spring
 from ..axes import COLORS
 
@@ -61,10 +61,11 @@ class Pose:
             if len(self.points[body.name]) < 2:
                 self._note(f"{body.name}.center_of_mass")
         everything = np.array([point for points in self.points.values() for point in points])
-        radii = [joint.journal_radius for joint in loose_joints(scene.joints)]
+        sizes = [4.0 * joint.journal_radius for joint in loose_joints(scene.joints)]
+        sizes += [joint.length for joint in scene.joints if isinstance(joint, ClearancePrismatic)]
         span = float(np.hypot(*np.ptp(everything, axis=0))) if len(everything) else 0.0
-        # A lone body in a bearing has no extent but its journal's.
-        self.size = max([span, *(4.0 * radius for radius in radii)]) or 1.0
+        # A lone body in a bearing or guide has no extent but that of its journal or block.
+        self.size = max([span, *sizes]) or 1.0
         self.center: Array = (
             0.5 * (everything.min(axis=0) + everything.max(axis=0)) if len(everything) else np.zeros(2)
         )

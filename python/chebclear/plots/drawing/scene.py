@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from ...base.arguments import Checks
 from ...errors import ArgumentError
 from ...scene.columns import plain_words
-from ...scene.scene import ClearanceRevolute, Gravity, Scene
+from ...scene.parts import joints_with_play
+from ...scene.scene import Gravity, Scene
 from ..axes import new_axes
 from ..labels import size_of, typeset
 from ..subjects import is_a
@@ -122,8 +123,7 @@ def plot_scene(
     put_on(ax, pen.strokes)
     _frame(ax)
     notes = [] if instant is None else [f"t = {instant:.6g} s"]
-    loose = any(isinstance(joint, ClearanceRevolute) for joint in pose.scene.joints)
-    if loose and exaggerate != 1.0:
+    if joints_with_play(pose.scene.joints) and exaggerate != 1.0:
         notes.append(f"clearances drawn {exaggerate:g} times larger")
     if notes:
         note = ", ".join(notes)

@@ -7,7 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from ...scene.columns import column_unit
-from ...scene.scene import ClearanceRevolute, Interval, Scene
+from ...scene.parts import joints_with_play
+from ...scene.scene import Interval, Scene
 from .band import Band
 
 # By the last part of the name of an output, which is never part of a name given by the user.
@@ -80,7 +81,7 @@ def largest_clearances(
 
 
 def _clearances(scene: Scene) -> dict[str, float]:
-    return {joint.name: joint.clearance for joint in scene.joints if isinstance(joint, ClearanceRevolute)}
+    return {joint.name: joint.clearance for joint in joints_with_play(scene.joints)}
 
 
 def with_units(bands: Mapping[str, Band], given: Mapping[str, str], *, simulated: bool) -> dict[str, Band]:

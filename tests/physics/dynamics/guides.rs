@@ -1,0 +1,119 @@
+//! Contacts at faces, on random mechanisms: derivatives by differences, reactions and powers by their balances.
+
+use chebclear::contact::friction::FrictionLaw;
+use chebclear::contact::normal::{Damping, NormalLaw};
+use chebclear::contact::pair::{ContactLaw, Face, Phase, SlidingVelocity, Surfaces};
+use chebclear::dynamics::{Dynamics, Linearization};
+use chebclear::mechanism::compiled::Mechanism;
+use chebclear::tree::elements::{ContactScales, ContactSlot, FramePoint};
+use nalgebra::Vector2;
+
+use crate::dynamics::cartesian::{added, moving_cases};
+use crate::dynamics::random_trees::Case;
+use crate::support::{Random, derivative};
+
+/// The case with faces of a corner and of a pin between its first and its last body, or ground, that touch.
+fn with_faces(case: &Case, random: &mut Random) -> (Mechanism, Vec<Phase>) {
+    let mut mechanism = case.mechanism.clone();
+    let mut phases = case.phases.clone();
+    let last = mechanism.tree.bodies.len() - 1;
+    let bodies = if random.unit() < 0.3 { [None, Some(last)] } else { [Some(last), Some(0)] };
+    for radius in [0.0, 0.07] {
+        let points = bodies.map(|body| FramePoint {
+            frame: body.map_or(0, |body| mechanism.tree.bodies[body].frame),
+            offset: Vector2::new(random.within(-0.3, 0.3), random.within(-0.3, 0.3)),
+        });
+        let angle = random.within(-3.0, 3.0);
+        let normal = [angle.cos(), angle.sin()];
+        let mut dynamics = Dynamics::new(&mechanism.tree);
+        dynamics.move_to(case.t, &case.q, &case.v);
+        let [a, b] = points.map(|point| dynamics.point(point).position);
+        let into = dynamics.frame(points[0].frame).to_world(Vector2::from(normal));
+        // The edge lies a hundredth deep in the face.
+        let limit = into.dot(&(b - a)) - 0.01;
+        let friction = FrictionLaw::SmoothedCoulomb { coefficient: 0.3, velocity: 0.8 };
+        let law = ContactLaw {
+            surfaces: Surfaces::Face(Face { normal, limit, radius, size: 0.1 }),
+            clearance: 0.01,
+            normal: NormalLaw {
+                stiffness: 4e3,
+                exponent: 1.5,
+                damping: Damping::HuntCrossley { hysteresis_factor: 0.05 },
+            },
+            friction: (random.unit() < 0.7).then_some(friction),
+            sliding: SlidingVelocity::Surface,
+        };
+        phases.push(Phase::Contact { latch: law.normal.latch(1.0), clipped: false });
+        let name = format!("face {radius}");
+        mechanism.tree.slots.push(ContactSlot { name, points, bodies, law, impact_velocity_floor: None });
+        let scales =
+            ContactScales { mass: 1.0, resting_penetration: 1.0, resting_speed: 1.0, resting_velocity: 1.0 };
+        mechanism.scales.contacts.push(scales);
+    }
+    (mechanism, phases)
+}
+
+#[test]
+fn linearization_agrees_with_differences() {
+    let mut random = Random(61);
+    let mut seen = 0;
+    for (index, case) in moving_cases().iter().enumerate() {
+        if case.phases.iter().any(|phase| *phase != Phase::Free) {
+            continue;
+        }
+        let (mechanism, phases) = with_faces(case, &mut random);
+        let (t, q, v) = (case.t, &case.q, &case.v);
+        let mut dynamics = Dynamics::new(&mechanism);
+        dynamics.phases.clone_from(&phases);
+        let d = q.len();
+        let mut exact = Linearization::new(d);
+        assert!(dynamics.linearize(t, q, v, &mut exact));
+        let mut acceleration = |t: f64, q: &[f64], v: &[f64]| {
+            let mut a = vec![0.0; d];
+            assert!(dynamics.acceleration(t, q, v, &mut a));
+            a
+        };
+        let mut unit = vec![0.0; d];
+        let (mut worst, mut size) = (0.0_f64, 1.0_f64);
+        for k in 0..d {
+            unit.fill(0.0);
+            unit[k] = 1.0;
+            let by_q = derivative(|h| acceleration(t, &added(q, h, &unit), v));
+            let by_v = derivative(|h| acceleration(t, q, &added(v, h, &unit)));
+            for row in 0..d {
+                size = size.max(by_q[row].abs()).max(by_v[row].abs());
+                worst = worst.max((by_q[row] - exact.a_q[row * d + k]).abs());
+                worst = worst.max((by_v[row] - exact.a_v[row * d + k]).abs());
+            }
+        }
+        let by_t = derivative(|h| acceleration(t + h, q, v));
+        for row in 0..d {
+            size = size.max(by_t[row].abs());
+            worst = worst.max((by_t[row] - exact.a_t[row]).abs());
+        }
+        assert!(worst <= 1e-6 * size, "case {index}: {worst} of {size}");
+        seen += 1;
+    }
+    assert!(seen > 20, "{seen}");
+}
+
+#[test]
+fn reactions_balance_and_powers_agree() {
+    let mut random = Random(62);
+    for (index, case) in moving_cases().iter().enumerate() {
+        let (mechanism, phases) = with_faces(case, &mut random);
+        let mut dynamics = Dynamics::new(&mechanism);
+        dynamics.phases.clone_from(&phases);
+        let mut a = vec![0.0; case.q.len()];
+        assert!(dynamics.acceleration_and_contacts(case.t, &case.q, &case.v, &mut a));
+        dynamics.accelerate(&a);
+        dynamics.find_reactions();
+        let rest = dynamics.unbalanced();
+        let contacts = (0..phases.len()).map(|slot| dynamics.contact(slot).state.normal_force.abs());
+        let size = contacts.fold(1.0, f64::max);
+        assert!(rest.force.norm().max(rest.moment.abs()) <= 1e-9 * size, "case {index}: {rest:?}");
+        let powers = [dynamics.input_power(), dynamics.balanced_power()];
+        let off = (powers[0] - powers[1]).abs();
+        assert!(off <= 1e-8 * powers[0].abs().max(size), "case {index}: {powers:?}");
+    }
+}
