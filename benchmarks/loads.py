@@ -1,4 +1,4 @@
-"""Random mechanisms with loads of the motion and every law of contact, and how each ends; see README.md.
+"""Random mechanisms with loads of the motion, faces and laws of contact, and how each ends; see README.md.
 
 python benchmarks/loads.py [--scenes N] [--first I] [--seed S]
 """
@@ -108,12 +108,67 @@ def contact(random: np.random.Generator) -> object:
     )[random.integers(7)]
 
 
+def guided(random: np.random.Generator, kind: str, speed: float) -> tuple[cc.Scene, float]:
+    """A mechanism with faces: a slider or a block in a guide, a yoke, a bar between stops."""
+    law, play = contact(random), float(10.0 ** random.uniform(-4.5, -3.0))
+    velocity = 1e-2 * speed
+    friction = cc.laws.SmoothedCoulomb(float(random.uniform(0.01, 0.4)), velocity)
+    laws = {"contact": law, "friction": friction if random.random() < 0.6 else None}
+    length, height = (float(size) for size in random.uniform((0.03, 0.01), (0.1, 0.04)))
+    gravity = cc.Gravity((0.0, -9.81))
+    turn = cc.motions.Speed("drive", "axle", speed / 0.05)
+    if kind == "guide":
+        plain = cc.mechanisms.slider_crank(crank_speed=speed / 0.05, clearance=1e-4, contact=law)
+        joints = [
+            cc.ClearancePrismatic("guide", joint.a, joint.b, joint.axis, length, height, play, **laws)
+            if isinstance(joint, cc.Prismatic)
+            else joint
+            for joint in plain.joints
+        ]
+        return dataclasses.replace(plain, joints=joints, forces=[gravity]), 2.0 * plain.period
+    if kind == "block":
+        holder = cc.Body("holder", 2.0, 0.05, points={"O": (0.0, 0.2), "G": (0.03, 0.0)})
+        block = cc.Body("block", 0.5, 5e-4, points={"P": (0.01, 0.005)})
+        corners = str(random.choice(("a", "b")))
+        guide = cc.ClearancePrismatic(
+            "guide", "holder.G", "block", (1.0, 0.2), length, height, play, **laws, corners=corners
+        )
+        joints = [cc.Revolute("pivot", "ground", "holder.O"), guide]
+        spring = cc.Spring("spring", "holder", "block.P", 200.0, 0.05, 0.2)
+        start = [cc.JointStart("pivot", position=0.5, velocity=speed / 0.2)]
+        return cc.Scene([holder, block], joints, [gravity, spring], start=start), 1.0
+    if kind == "yoke":
+        wheel = cc.Body("wheel", 1.0, 1e-3, points={"P": (0.05, 0.0)})
+        yoke = cc.Body("yoke", 0.5, 1e-3, points={"S": (0.0, 0.0), "end": (0.15, 0.0)})
+        slot = cc.PinInSlot("slot", "yoke.S", "wheel.P", (0.0, 1.0), 0.008, play, **laws)
+        sleeve = cc.ClearancePrismatic(
+            "sleeve", "ground.G", "yoke.end", (1.0, 0.0), length, height, play, **laws, corners="a"
+        )
+        joints = [cc.Revolute("axle", "ground", "wheel"), slot, sleeve]
+        scene = cc.Scene([wheel, yoke], joints, [gravity], drives=[turn], ground={"G": (0.15, 0.0)})
+        return scene, 2.0 * scene.period
+    bar = cc.Body("bar", 1.0, 0.01, (0.1, 0.0), points={"A": (0.0, 0.0), "B": (0.2, 0.0)})
+    ends = {"left": (-0.05, -0.15), "right": (0.1, -0.1)}
+    stops = [
+        cc.Stop("left", "ground.left", "bar.B", (1.0, 0.3), **laws, radius=float(random.choice((0.0, 0.01)))),
+        cc.Stop("right", "ground.right", "bar.B", (-1.0, 0.2), **laws),
+    ]
+    start = [cc.JointStart("pivot", position=-1.5, velocity=speed / 0.2)]
+    joints = [cc.Revolute("pivot", "ground", "bar.A"), *stops]
+    return cc.Scene([bar], joints, [gravity], ground=ends, start=start), 1.0
+
+
+GUIDED = ("guide", "block", "yoke", "stops")
+
+
 def draw(index: int, seed: int) -> tuple[str, cc.Scene, float]:
     """Kind, scene and duration of an index: each has its own generator."""
     random = np.random.default_rng([seed, index])
-    kind = str(random.choice(("loose", "ideal", "free", "chain")))
+    kind = str(random.choice(("loose", "ideal", "free", "chain", *GUIDED)))
     speed = float(10.0 ** random.uniform(-1.0, 1.0))
-    if kind == "loose":
+    if kind in GUIDED:
+        scene, duration = guided(random, kind, speed)
+    elif kind == "loose":
         rpm = 60.0 * speed / (2.0 * math.pi * 0.05)
         scene = cc.mechanisms.slider_crank(contact=contact(random), crank_speed=cc.rpm(rpm), clearance=1e-4)
         duration = 120.0 / rpm
@@ -187,7 +242,7 @@ def judge(index: int, seed: int) -> tuple[str, str, str]:
         if not error <= IMBALANCE:
             return kind, "imbalance", f"{error:.1e}"
     # Contacts and chains amplify differences: the first tenth tells.
-    part = 21 if kind in ("loose", "chain") else 201
+    part = 201 if kind in ("ideal", "free") else 21
     for name in outputs[1:]:
         first, *others = (run[name][:part] for run in runs)
         known = np.isfinite(first)
