@@ -31,9 +31,11 @@ def prefix_of(size: float, unit: str) -> tuple[float, str]:
 
     Examples
     --------
-    >>> prefix_of(2.5e-5, "m"), prefix_of(2310.0, "N"), prefix_of(2310.0, "m/s²"), prefix_of(0.02, "rad")
-    ((1000000.0, 'µm'), (0.001, 'kN'), (1.0, 'm/s²'), (1.0, 'rad'))
+    >>> prefix_of(2.5e-5, "m"), prefix_of(2310.0, "N"), prefix_of(2310.0, "m/s²"), prefix_of(0.02, "rad/s")
+    ((1000000.0, 'µm'), (0.001, 'kN'), (1.0, 'm/s²'), (1.0, 'rad/s'))
     """
+    if unit == "rad":  # as drawings have angles
+        return 180.0 / math.pi, "°"
     if unit not in _LARGEST or not (size > 0.0 and math.isfinite(size)):
         return 1.0, unit
     # Three digits count: 999.6 is written as 1.00 k.
@@ -66,6 +68,8 @@ def format_quantity(value: float, unit: str, digits: int = 3, scale: float = 0.0
     '0 m'
     >>> format_quantity(2e-5, "m"), format_quantity(-2310.0, "N"), format_quantity(0.5, "-")
     ('20.0 µm', '-2.31 kN', '0.500')
+    >>> format_quantity(0.5, "rad")
+    '28.6°'
     """
     return format_range((without_rounding(value, scale),), unit, digits)
 
@@ -88,7 +92,7 @@ def format_exact(value: float, unit: str, size: float | None = None) -> str:
     ('20 mm', '0.2 mm', '0.0001')
     """
     factor, shown = prefix_of(abs(value) if size is None else size, unit)
-    return f"{factor * value:.6g} {shown}" if shown not in ("", "-") else f"{factor * value:.6g}"
+    return _with_unit(f"{factor * value:.6g}", shown)
 
 
 def format_range(values: tuple[float, ...], unit: str, digits: int = 3) -> str:
@@ -103,4 +107,11 @@ def format_range(values: tuple[float, ...], unit: str, digits: int = 3) -> str:
     factor, shown = prefix_of(max(known, default=0.0), unit)
     scale = factor * max(known, default=0.0)
     text = " .. ".join(format_number(factor * value, digits, scale) for value in values)
-    return f"{text} {shown}" if shown not in ("", "-") else text
+    return _with_unit(text, shown)
+
+
+def _with_unit(number: str, unit: str) -> str:
+    """Degrees stand at their number, other units behind a space."""
+    if unit in ("", "-"):
+        return number
+    return number + unit if unit == "°" else f"{number} {unit}"

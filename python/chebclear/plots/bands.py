@@ -49,6 +49,7 @@ def plot_band(
     scan: Band | None = None,
     nominal: bool = True,
     runs: int = 0,
+    deviation: bool = False,
     **fill: Any,
 ) -> Axes:
     """Draw a band: its area, its two bounds, and the nominal response.
@@ -75,6 +76,9 @@ def plot_band(
         Draw the response at the nominal values of the parameters.
     runs : int
         How many of the simulated runs to draw, evenly chosen [-].
+    deviation : bool
+        Draw differences from the nominal response, which is drawn with an axis of its own at the right: for
+        bands that are thin against the motion.
     **fill
         Passed to ``Axes.fill_between``.
 
@@ -102,6 +106,7 @@ def plot_band(
     runs = checks.whole("runs", runs, least=0)
     checks.finish()
     scale, shown = unit_scale(band.unit, unit)
+    zero = band.nominal if deviation else np.zeros(len(band.t))
     abscissa, own_label = _own_abscissa(band) if x is None else (abscissa_of(x, len(band.t)), "")
     ax = new_axes(ax)
     color = fill.pop("color", fill.pop("facecolor", BOUNDS))
@@ -119,20 +124,32 @@ def plot_band(
         for place, index in enumerate(chosen):
             label = f"{len(chosen)} of {len(band.runs)} {rows}" if place == 0 else None
             ax.plot(
-                abscissa, scale * band.runs[index], color=RUNS, linewidth=0.3, rasterized=True, label=label
+                abscissa,
+                scale * (band.runs[index] - zero),
+                color=RUNS,
+                linewidth=0.3,
+                rasterized=True,
+                label=label,
             )
-    ax.fill_between(abscissa, scale * band.lower, scale * band.upper, facecolor=color, **style)
-    for bound in (band.lower, band.upper):
-        ax.plot(abscissa, scale * bound, color=color, linewidth=0.8)
+    lower, upper = scale * (band.lower - zero), scale * (band.upper - zero)
+    ax.fill_between(abscissa, lower, upper, facecolor=color, **style)
+    for bound in (lower, upper):
+        ax.plot(abscissa, bound, color=color, linewidth=0.8)
     if scan is not None:
         for bound, label in ((scan.lower, "scan"), (scan.upper, None)):
-            ax.plot(abscissa, scale * bound, color="black", linewidth=0.8, linestyle=(0, (4, 2)), label=label)
-    if nominal:
+            line = scale * (bound - zero)
+            ax.plot(abscissa, line, color="black", linewidth=0.8, linestyle=(0, (4, 2)), label=label)
+    words = words_of(band.name, band.unit)
+    if nominal and not deviation:
         ax.plot(abscissa, scale * band.nominal, color=NOMINAL, linewidth=0.7, label="nominal")
-    set_labels(
-        ax, own_label if x_label is None else x_label, with_unit(words_of(band.name, band.unit), shown)
-    )
+    below = own_label if x_label is None else x_label
+    set_labels(ax, below, with_unit(f"deviation of {words}" if deviation else words, shown))
     legend_above_the_data(ax)
+    if nominal and deviation:
+        beside = ax.twinx()
+        beside.plot(abscissa, scale * band.nominal, color=NOMINAL, linewidth=0.7)
+        beside.set_ylabel(with_unit(words, shown), color=NOMINAL)
+        beside.grid(False)
     return ax
 
 

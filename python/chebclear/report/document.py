@@ -120,16 +120,6 @@ class Section:
 
 
 @dataclass(frozen=True)
-class Finding:
-    """A part of the answer."""
-
-    subject: str
-    """What it is about."""
-    text: str
-    """What is found of it, a sentence or some."""
-
-
-@dataclass(frozen=True)
 class Document:
     """A whole report."""
 
@@ -137,9 +127,11 @@ class Document:
     """The question, in words."""
     facts: Sequence[str]
     """A line of short facts below the title: runs, seconds, version, date."""
-    answer: Sequence[Finding | str]
-    """The answer: findings, and sentences that are about no single subject."""
+    answer: Sequence[str]
+    """The answer in a few sentences."""
     doubts: Sequence[str]
-    """What cannot be trusted and why, a sentence each."""
+    """What is not known and why, a sentence each."""
     sections: Sequence[Section] = field(default_factory=tuple)
-    """The rest."""
+    """The details, folded until they are asked for."""
+    first: Sequence[Block] = field(default_factory=tuple)
+    """What is seen with the answer: a picture, a table of the main numbers."""

@@ -16,7 +16,7 @@ from ..base.prefixes import format_exact, format_quantity, format_range
 from ..base.shown import in_a_sentence
 from ..base.units import units
 from ..plots.drawing.scene import plot_scene
-from ..report.document import Document, Finding, Items, Listing, Picture, Section, Table
+from ..report.document import Block, Document, Items, Listing, Picture, Section, Table
 from ..scene.columns import column_unit
 from ..scene.parts import joints_with_play
 from ..scene.scene import Scene
@@ -42,26 +42,54 @@ def run_document(run: Trajectory, outputs: Sequence[str] | None, title: str | No
         else outputs_to_show(run.scene, run.columns, run.settings.outputs or ())
     )
     extremes = [_extremes(run, name) for name in shown]
-    answer = [
-        Finding(
-            name,
-            f"from {format_quantity(low.value, unit, scale=high.value)} at "
-            f"{format_quantity(low.time, 's')} to {format_quantity(high.value, unit, scale=low.value)} at "
-            f"{format_quantity(high.time, 's')}.",
-        )
-        for name, unit, low, high in extremes
-    ]
-    blocks: list[Any] = [_extremes_table(run, extremes)]
-    blocks += [
+    pictures = [
         Picture(
             f"{name} against time, from {format_range((low.value, high.value), unit)}.",
             partial(_curve, run, name),
         )
         for name, unit, low, high in extremes
     ]
-    doubts = list(run.warnings)
+    return Document(
+        title=title or _question(shown),
+        facts=[
+            f"run from {format_quantity(run.t[0], 's')} to {format_quantity(run.end_time, 's')}",
+            version_fact(),
+        ],
+        answer=_answer(run, extremes),
+        first=[mechanism_picture(run.scene), _extremes_table(run, extremes)],
+        doubts=_doubts(run, extremes),
+        sections=[
+            Section("Motion", pictures),
+            *([Section("Contacts", [_contacts_table(run)])] if len(run.contacts.onset) else []),
+            reproduction(
+                run.settings,
+                run.scene,
+                run_script(run.settings, shown),
+                "A script that simulates it again",
+                [costs_table([run.stats])],
+            ),
+        ],
+    )
+
+
+def _answer(run: Trajectory, extremes: Sequence[tuple[str, str, Any, Any]]) -> list[str]:
+    """Whether the run went to its end, the first output, and the largest force."""
+    told = []
     if not run.success:
-        doubts.insert(0, f"The run ended early, at {format_quantity(run.end_time, 's')}: {run.message}")
+        told.append(f"The run ended early, at {format_quantity(run.end_time, 's')}: {run.message}.")
+    for name, unit, low, high in extremes[:1]:
+        reach = format_range((low.value, high.value), unit)
+        told.append(f"{name} moves within {reach}: it is largest at {format_quantity(high.time, 's')}.")
+    forces = [(high, name) for name, unit, _, high in extremes if unit == "N"]
+    if forces:
+        high, name = max(forces, key=lambda one: one[0].value)
+        size = format_quantity(high.value, "N")
+        told.append(f"The largest force is {size}, {name} at {format_quantity(high.time, 's')}.")
+    return told
+
+
+def _doubts(run: Trajectory, extremes: Sequence[tuple[str, str, Any, Any]]) -> list[str]:
+    doubts = list(run.warnings)
     for name, _, low, high in extremes:
         early = [word for word, one in (("lowest", low), ("highest", high)) if one.in_transient]
         if early:
@@ -71,21 +99,7 @@ def run_document(run: Trajectory, outputs: Sequence[str] | None, title: str | No
             )
     if run.error is None:
         doubts.append('The error of the run was not estimated; simulate(..., error="estimate") does so.')
-    return Document(
-        title=title or _question(shown),
-        facts=[run.status, f"{run.stats.steps} steps", f"{run.stats.events} contact changes", version_fact()],
-        answer=answer,
-        doubts=doubts,
-        sections=[
-            Section("The mechanism", [mechanism_picture(run.scene)]),
-            Section("Motion", blocks),
-            *([Section("Contacts", [_contacts_table(run)])] if len(run.contacts.onset) else []),
-            Section("Work", [costs_table([run.stats])]),
-            reproduction(
-                run.settings, run.scene, run_script(run.settings, shown), "A script that simulates it again"
-            ),
-        ],
-    )
+    return doubts
 
 
 def _question(names: Sequence[str]) -> str:
@@ -194,7 +208,7 @@ def costs_table(stats: Sequence[Any]) -> Table:
         if len(stats) == 1
         else ["count", "in all", "smallest in a run", "largest in a run"]
     )
-    return Table("Work of the integrator", head, rows)
+    return Table("Work of the integrator, in counts that do not depend on the computer", head, rows)
 
 
 def version_fact() -> str:
@@ -203,7 +217,7 @@ def version_fact() -> str:
 
 
 def reproduction(
-    settings: Settings, scene: Scene, script: Listing | None, meaning: str, more: Sequence[Listing] = ()
+    settings: Settings, scene: Scene, script: Listing | None, meaning: str, more: Sequence[Block] = ()
 ) -> Section:
     """How to reproduce the result: settings, versions, scene and script."""
     import platform

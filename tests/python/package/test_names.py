@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from chebclear.report.document import (
     Document,
-    Finding,
     Items,
     Listing,
     Picture,
@@ -47,7 +46,7 @@ def test_no_name_runs_in_any_block(tmp_path):
     raw, made = [], []
     for number, name in enumerate(hostile_names.NAMES):
         raw.append(hostile_names.unescaped(name, tmp_path, number))
-        page = Document(name, [name], [name, Finding(name, name)], [name], [Section(name, blocks(name))])
+        page = Document(name, [name], [name], [name], [Section(name, blocks(name))], blocks(name))
         made.append(written(tmp_path, number, "report", as_html(page)))
         parts = [fragment(name, blocks(name)[:1]), element("img", alt=name, src="x"), element("p", name)]
         notebook = f"<!DOCTYPE html><html><head></head><body>{''.join(parts)}</body></html>"

@@ -8,7 +8,7 @@ import chebclear as cc
 import pytest
 from chebclear.base.prefixes import format_range
 from chebclear.cli.bands import verdicts
-from chebclear.report.document import Table
+from chebclear.report.document import Picture, Table
 from chebclear.report.html import as_html
 from chebclear.run.report import outputs_to_show, run_document
 from chebclear.study.features.effects import Estimate
@@ -58,13 +58,24 @@ def result():
     return study.sample(20)
 
 
-def test_the_answer_has_a_finding_for_each_subject_and_no_more_than_can_be_read(result):
+def test_the_first_screen_has_three_sentences_a_drawing_and_the_main_numbers(result):
     document = study_document(result, None)
-    findings = [one for one in document.answer if not isinstance(one, str)]
-    assert [one.subject for one in findings] == ["rms", *list(result)[:8]]
-    assert document.answer[-1] == f"{len(result) - 8} more outputs are in the table below."
+    movement, force, tolerance = document.answer
+    band = result["slider.x"]
+    assert movement.startswith(f"slider.x reached {format_range((band.lower.min(), band.upper.max()), 'm')}")
+    largest = max(band.upper.max() for band in result.bands.values() if band.unit == "N")
+    assert force.startswith(f"The largest force is {format_range((largest,), 'N')}, wrist.normal_force")
+    first = result.features["rms"].ranking().rows[0]
+    assert (f"The tolerance of {first.parameter} matters most" in tolerance) == bool(first.helps)
+    drawing, table = document.first
+    assert isinstance(drawing, Picture) and "mechanism" in drawing.finding
+    assert [row[0] for row in table.rows] == ["rms", *list(result)[:11]]
+    assert table.caption.endswith(f"{len(result) + 1 - 12} more are in the details")
+    # Nothing of the first screen says how the integrator worked.
+    assert "stages" not in " ".join(document.answer) + " ".join(document.doubts)
+    assert any("others between them may go farther" in text for text in document.doubts)
     text = as_html(document)
-    assert "<strong>slider.x</strong> reached in the runs:" in text
+    assert text.count('<details class="part">') == len(document.sections)
     # As they were given, in one unit a row.
     row = re.search(r'<th scope="row">crank_<wbr>length</th>(.*?)</tr>', text, re.DOTALL)
     assert row is not None
@@ -149,9 +160,54 @@ def test_how_far_an_output_moves_holds_the_peaks_of_its_runs_between_the_samples
         assert lowest <= 0.12 - crank + 1e-6 and highest >= 0.12 + crank - 1e-6
         assert band.upper.max() < 0.12 + crank - 1e-3, "the samples miss it"
         document = study_document(result, None)
-        (found,) = (one for one in document.answer if not isinstance(one, str) and one.subject == "slider.x")
-        assert f"{format_range((lowest, highest), 'm')} with its peaks between the samples" in found.text
+        assert format_range((lowest, highest), "m") in document.answer[0]
+        (moves,) = (one for one in document.sections if one.title == "How far the outputs move")
+        found = moves.blocks[0].items[0]
+        assert f"{format_range((lowest, highest), 'm')} with its peaks between the samples" in found
         rows = {row["output"]: row for row in verdicts(result)}
         assert (rows["slider.x"]["lowest"], rows["slider.x"]["largest"]) == (lowest, highest)
         shown = verdict_table(result).rows[0][1]
         assert shown == format_range((lowest, highest), "m")
+
+
+def test_the_tolerance_that_matters_is_the_one_that_makes_the_spread():
+    t = [0.0, 0.5, 1.0]
+    study = cc.Study(
+        lambda strong, weak: {"t": t, "force": [strong + 0.01 * weak] * 3},
+        {"weak": cc.Interval(0.0, 1.0), "strong": cc.Interval(2.0, 3.0)},
+        units={"force": "N"},
+    )
+    *_, force, tolerance = study_document(study.band(81), None).answer
+    assert "The largest force is 3.01 N, force; without tolerances it is 2.50 N." in force
+    assert tolerance.startswith("The tolerance of strong matters most: half of it narrows")
+    still = cc.Study(lambda a: {"t": t, "x": [1.0, 2.0, 3.0]}, {"a": cc.Interval(0.0, 1.0)}).sample(9)
+    assert study_document(still, None).answer == ["x reached 1.00 .. 3.00 over the tolerances."]
+
+
+def test_a_band_that_is_thin_against_the_motion_is_drawn_as_a_deviation():
+    study = cc.Study(
+        cc.mechanisms.slider_crank,
+        {"crank_length": cc.Interval.around(0.05, rel=1e-3)},
+        ["slider.x"],
+        duration=0.03,
+        samples=31,
+        fixed={"clearance_at": ()},
+    )
+    band = study.scan(3)["slider.x"]
+    assert band.max_width < 0.01 * (band.nominal.max() - band.nominal.min())
+    ax = band.plot(deviation=True)
+    low, high = ax.get_ylim()
+    assert high - low < 4.0 * band.max_width and low < 0.0 < high
+    motion, shown = ax.figure.axes[1], ax.get_ylabel()
+    assert shown.startswith("deviation of x position of slider")
+    assert motion.lines[0].get_ydata().max() == pytest.approx(band.nominal.max())
+    (moves,) = (
+        one for one in study_document(study.scan(3), None).sections if one.title == "How far the outputs move"
+    )
+    figure_ax = cc.plots.plot_band(band).figure.add_subplot()
+    moves.blocks[1].draw(figure_ax)
+    assert figure_ax.get_ylabel().startswith("deviation")
+
+
+def test_angles_are_in_degrees_for_readers():
+    assert format_range((0.1, math.pi), "rad") == "5.73 .. 180°"

@@ -20,8 +20,8 @@ def add(commands: Commands) -> None:
         "report",
         report,
         "write the report of a saved run, study or tradeoff",
-        "Write one HTML file that needs no network: question, mechanism, bands, verdicts, warnings, cost, "
-        "and what cannot be trusted.",
+        "Write one HTML file that needs no network: the answer, the mechanism, the main numbers and what is "
+        "not known on one screen; bands, verdicts, warnings and cost unfold below.",
         "chebclear report results/study.npz --to press.html --title 'How far does the ram move?'",
     )
     command.add_argument(

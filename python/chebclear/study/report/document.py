@@ -11,23 +11,13 @@ from numpy.typing import NDArray
 
 from ...base.prefixes import format_exact, format_quantity, format_range
 from ...base.shown import in_a_sentence
-from ...report.document import (
-    Block,
-    Cell,
-    Document,
-    Finding,
-    Items,
-    Judgment,
-    Picture,
-    Section,
-    Table,
-    Verdict,
-)
+from ...report.document import Block, Cell, Document, Items, Picture, Section, Table, Text, Verdict
 from ...run.report import costs_table, mechanism_picture, reproduction, version_fact, warnings_section
 from ...scene.scene import Interval
 from ..band.band import Band
 from ..band.margin import percent
 from .alternatives import alternatives
+from .answer import JUDGMENTS, features_of, main_numbers, reach_of, sentences, unknown
 from .extent import at_samples, extent
 from .ranking import feature_section
 from .script import study_listings
@@ -39,17 +29,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Outputs that the answer tells of; the table has all.
-_MOST_FINDINGS = 8
-
-JUDGMENTS: dict[str, Judgment] = {
-    "resolved": "good",
-    "certified": "good",
-    "calibrated": "good",
-    "sampled": "fair",
-    "undersampled": "fair",
-    "not resolved": "bad",
-}
+# Width of a band relative to the range of the motion below which it is drawn as a deviation.
+_THIN = 0.1
 
 MEANINGS = {
     "resolved": "a polynomial in the parameters follows the response; worst cases and sensitivities are "
@@ -68,27 +49,22 @@ def study_document(result: StudyResult, title: str | None) -> Document:
     """The report of a study; see `StudyResult.report`."""
     bands = result.bands
     names = [*bands, *result.features.names]
-    features = (
-        [feature_section(result.features[name]) for name in result.features.names] if result.features else []
-    )
-    answer: list[Finding | str] = [finding for _, finding in features]
-    answer += [_reach(result, band) for band in list(bands.values())[:_MOST_FINDINGS]]
-    if len(bands) > _MOST_FINDINGS:
-        answer.append(f"{len(bands) - _MOST_FINDINGS} more outputs are in the table below.")
     counted = f"{len(result.parameters)} runs and the nominal one"
     more = alternatives(result)
+    drawing = [] if result.scene is None else [mechanism_picture(result.scene)]
     return Document(
         title=title
         or f"How far {'does' if len(names) == 1 else 'do'} {in_a_sentence(names)} move over the tolerances?",
         facts=[_method(result), counted, *_time(result), version_fact()],
-        answer=answer,
-        doubts=_doubts(result),
+        answer=sentences(result),
+        first=[*drawing, *main_numbers(result)],
+        doubts=unknown(result),
         sections=[
-            _subject(result),
+            Section(_SUBJECT[result.scene is None], [_parameters(result)]),
             *([Section("How far the outputs move", _band_blocks(result))] if bands else []),
-            *(section for section, _ in features),
+            *(feature_section(one) for one in features_of(result)),
             *([Section("Worst cases", [_worst_cases(result)])] if bands else []),
-            *([Section("What the accuracy cost", costs)] if (costs := _costs(result)) else []),
+            *([Section("How sure this is", sure)] if (sure := _how_sure(result)) else []),
             *([Section("What a tighter or a cheaper setting would give", more)] if more else []),
             *warnings_section(result.warnings),
             *_again(result),
@@ -101,18 +77,15 @@ def _time(result: StudyResult) -> list[str]:
     return [f"{format_quantity(result.seconds, 's', 2)} of runs"] if math.isfinite(result.seconds) else []
 
 
-def _subject(result: StudyResult) -> Section:
-    """What was studied: a mechanism, or a model of the user's own."""
-    if result.scene is None:
-        return Section("The parameters and their intervals", [_parameters(result)])
-    return Section("The mechanism and its tolerances", [mechanism_picture(result.scene), _parameters(result)])
+_SUBJECT = ("The tolerances", "The parameters and their intervals")
 
 
 def _again(result: StudyResult) -> list[Section]:
     """How to make a study of scenes again; of a model of the user's own there is nothing to say."""
     if result.settings is None or result.scene is None:
         return []
-    return [reproduction(result.settings, result.scene, *study_listings(result))]
+    costs = [costs_table(result.stats)] if result.stats else []
+    return [reproduction(result.settings, result.scene, *study_listings(result), costs)]
 
 
 def _method(result: StudyResult) -> str:
@@ -122,39 +95,6 @@ def _method(result: StudyResult) -> str:
     if result.requirement is not None:
         return "hulls of independent runs" if result.requirement.independent else "calibrated bands"
     return "scan of a grid" if result.kind == "scan" else "random runs"
-
-
-def _reach(result: StudyResult, band: Band) -> Finding:
-    """How far an output moves, with the kind of statement that it is."""
-    unit = band.unit
-    widest = int(np.argmax(band.width))
-    whole, sampled = extent(result, band), at_samples(band)
-    reach = format_range(whole, unit)
-    if whole != sampled:
-        reach += f" with its peaks between the samples, at these {format_range(sampled, unit)}"
-    verbs = {"sampled": "reached in the runs:", "not resolved": "may be within"}
-    verb = verbs.get(band.verdict, "stays within")
-    width, when = float(band.width[widest]), float(band.t[widest])
-    text = f"{verb} {reach} ({band.verdict}"
-    if math.isfinite(band.coverage):
-        text += f": {percent(band.coverage)} of held-out samples inside"
-    text += f"). Widest at {format_quantity(when, 's')}: {format_quantity(width, unit)}."
-    return Finding(band.name, text)
-
-
-def _doubts(result: StudyResult) -> list[str]:
-    """What the verdicts leave open; the texts of warnings that say more come from the study itself."""
-    doubts = []
-    for verdict, meaning in MEANINGS.items():
-        found = [name for name, band in result.bands.items() if band.verdict == verdict]
-        if found and JUDGMENTS[verdict] != "good":
-            doubts.append(f"{in_a_sentence(found)}: {verdict}; {meaning}.")
-    if result.statement is not None:
-        doubts.append(result.statement)
-    if result.warnings:
-        count = len(result.warnings)
-        doubts.append(f"{count} {'warning is' if count == 1 else 'warnings are'} listed below.")
-    return doubts
 
 
 def _parameters(result: StudyResult) -> Table:
@@ -201,11 +141,7 @@ def verdict_table(result: StudyResult) -> Table:
 
 def _band_blocks(result: StudyResult) -> list[Block]:
     """The table of verdicts, and every band."""
-    said = [verdict for verdict in MEANINGS if any(band.verdict == verdict for band in result.bands.values())]
-    blocks: list[Block] = [
-        verdict_table(result),
-        Items([f"{verdict}: {MEANINGS[verdict]}." for verdict in said]),
-    ]
+    blocks: list[Block] = [Items([reach_of(result, band) for band in result.bands.values()])]
     for name, band in result.bands.items():
         reach = format_range(at_samples(band), band.unit)
         blocks.append(
@@ -219,7 +155,8 @@ def _band_blocks(result: StudyResult) -> list[Block]:
 
 
 def _band(band: Band, ax: Axes) -> None:
-    band.plot(ax=ax)
+    # A band that is thin against the motion would look like a line.
+    band.plot(ax=ax, deviation=bool(band.max_width < _THIN * np.ptp(band.nominal)))
 
 
 def _worst_cases(result: StudyResult) -> Table:
@@ -260,8 +197,17 @@ def _place(band: Band, sample: int) -> str:
     return format_quantity(float(band.angle[sample]), "rad")
 
 
-def _costs(result: StudyResult) -> list[Block]:
-    blocks: list[Block] = [costs_table(result.stats)] if result.stats else []
+def _how_sure(result: StudyResult) -> list[Block]:
+    """The verdicts with their meaning, the statement that holds for them, and the errors of polynomials."""
+    if not result.bands:
+        return []
+    said = [verdict for verdict in MEANINGS if any(band.verdict == verdict for band in result.bands.values())]
+    blocks: list[Block] = [
+        verdict_table(result),
+        Items([f"{verdict}: {MEANINGS[verdict]}." for verdict in said]),
+    ]
+    if result.statement is not None:
+        blocks.append(Text(result.statement))
     errors = {
         name: band.margin.error for name, band in result.bands.items() if math.isfinite(band.margin.error)
     }

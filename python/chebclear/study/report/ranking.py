@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from ...base.prefixes import format_range
 from ...base.shown import capital
 from ...plots.features import plot_ranking
-from ...report.document import Block, Finding, Items, Picture, Section, Text
+from ...report.document import Block, Items, Picture, Section, Text
 from ..band.margin import percent
 from ..features.features import FeatureResult
 from ..features.ranking import Ranking, ranking_table
@@ -18,14 +18,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def feature_section(feature: FeatureResult) -> tuple[Section, Finding]:
-    """The section of a feature, and what the answer of the report says of it."""
+def feature_section(feature: FeatureResult) -> Section:
+    """The section of a feature."""
     reach = feature.interval
     text = f"{format_range((reach.lower, reach.upper), feature.unit, 4)} ({reach.verdict}"
     told = f"{text}); {percent(reach.coverage)} of the runs are in the interval made from the others"
     if not math.isnan(reach.whole_run):
         share = percent(reach.whole_run)
-        text += f": a further run with a probability of at least {share}"
         told += f"; a further run is in it with a probability of at least {share}, and at least "
         told += f"{percent(reach.tolerated)} of all mechanisms with 95 % confidence"
     blocks: list[Block] = [Text(f"{capital(told)}.")]
@@ -33,15 +32,13 @@ def feature_section(feature: FeatureResult) -> tuple[Section, Finding]:
         ranking = feature.ranking()
     except ValueError as error:  # too few runs
         blocks.append(Text(f"No ranking of the tolerances: {error}."))
-        return Section(f"Feature: {feature.name}", blocks), Finding(feature.name, f"{text}).")
+        return Section(f"Feature: {feature.name}", blocks)
     blocks += [
         ranking_table(ranking),
         Items([f"{sentence}." for sentence in (*ranking.reservations(), *ranking.advice())]),
         Picture(_finding(ranking), partial(_bars, ranking), height=1.0 + 0.3 * len(ranking)),
     ]
-    return Section(f"Feature: {feature.name}", blocks), Finding(
-        feature.name, f"{text}). {ranking.in_short()}"
-    )
+    return Section(f"Feature: {feature.name}", blocks)
 
 
 def _finding(ranking: Ranking) -> str:

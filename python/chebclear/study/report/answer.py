@@ -1,0 +1,209 @@
+"""The first screen of a report: the answer in three sentences, the main numbers, and what is not known."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...base.prefixes import format_quantity, format_range
+from ...base.shown import in_a_sentence
+from ...execution.failures import count_failed
+from ...report.document import Cell, Judgment, Table, Verdict
+from ..band.band import Band
+from ..band.margin import percent
+from ..features.features import FeatureResult
+from .extent import at_samples, extent
+
+if TYPE_CHECKING:
+    from ..results import StudyResult
+
+# Lines of the table of main numbers; the details have all.
+_MOST_LINES = 12
+
+JUDGMENTS: dict[str, Judgment] = {
+    "resolved": "good",
+    "certified": "good",
+    "calibrated": "good",
+    "sampled": "fair",
+    "undersampled": "fair",
+    "not resolved": "bad",
+}
+
+# What the weaker verdicts leave open, for a reader who knows mechanisms and no statistics.
+_OPEN = {
+    "sampled": "the numbers are those of the simulated mechanisms; others between them may go farther",
+    "undersampled": "too few mechanisms were simulated to say with the coverage asked for how far others go",
+    "not resolved": "no polynomial follows the motion, so that its extremes may lie outside these numbers",
+}
+
+
+def sentences(result: StudyResult) -> list[str]:
+    """How far the first output moves, the largest force, and the tolerance that matters."""
+    told = [*_movement(result), *_force(result), *_tolerance(result)]
+    return told or ["The study has neither outputs nor features."]
+
+
+def _movement(result: StudyResult) -> Iterator[str]:
+    if result.bands:
+        band = next(iter(result.bands.values()))
+        verb = {"sampled": "reached", "not resolved": "may be within"}.get(band.verdict, "stays within")
+        text = f"{band.name} {verb} {format_range(extent(result, band), band.unit)} over the tolerances"
+        if band.max_width > 0.0:
+            width = format_quantity(band.max_width, band.unit)
+            text += f"; two mechanisms differ by up to {width}, {_when(band)}"
+        yield f"{text}."
+    elif result.features:
+        feature = result.features[result.features.names[0]]
+        assert isinstance(feature, FeatureResult)
+        reach = feature.interval
+        text = format_range((reach.lower, reach.upper), feature.unit)
+        yield f"{feature.name} is within {text} over the tolerances."
+
+
+def _when(band: Band) -> str:
+    """Where two mechanisms differ most."""
+    widest = int(np.argmax(band.width))
+    if band.angle is None:
+        return f"at {format_quantity(float(band.t[widest]), 's')}"
+    return f"at a crank angle of {format_quantity(float(band.angle[widest]), 'rad')}"
+
+
+def _force(result: StudyResult) -> Iterator[str]:
+    found = [
+        (one.interval.upper, one.name, float(np.max(one.nominal)))
+        for one in features_of(result)
+        if one.unit == "N"
+    ]
+    found += [
+        (extent(result, band)[1], band.name, float(band.nominal.max()))
+        for band in result.bands.values()
+        if band.unit == "N"
+    ]
+    if found:
+        largest, name, nominal = max(found)
+        told = f"The largest force is {format_quantity(largest, 'N')}, {name}"
+        yield f"{told}; without tolerances it is {format_quantity(nominal, 'N')}."
+
+
+def _tolerance(result: StudyResult) -> Iterator[str]:
+    """The tolerance that narrows most what the reader asked for."""
+    feature = _judged(result)
+    if feature is None:
+        return
+    try:
+        ranking = feature.ranking()
+    except ValueError:  # too few runs
+        return
+    first = ranking.rows[0]
+    if first.helps:
+        text = f"The tolerance of {first.parameter} matters most: half of it narrows the range of "
+        yield f"{text}{feature.name} by {first.narrowing}."
+    elif ranking.scatter.value > 0.5:
+        part = f"{100.0 * ranking.scatter.value:.0f} %"
+        yield f"No tolerance matters much for {feature.name}: {part} of its spread is scatter of impacts."
+    else:
+        yield f"No single tolerance is certain to narrow the range of {feature.name}."
+
+
+def _judged(result: StudyResult) -> FeatureResult | None:
+    """The first feature that varies; without one the largest value of a force, or of the first output."""
+    for one in features_of(result):
+        if np.ptp(one.values) > 0.0:
+            return one
+    bands = [band for band in result.bands.values() if band.max_width > 0.0]
+    bands.sort(key=lambda band: band.unit != "N")
+    for band in bands[:1]:
+        # The last row is the nominal run.
+        values = result.table(band.name)[: len(result.parameters)]
+        peaks = values.reshape(len(values), -1).max(axis=1)[:, None]
+        return FeatureResult(
+            name=f"the peak of {band.name}",
+            values=peaks,
+            nominal=np.array([band.nominal.max()]),
+            intervals=result.intervals,
+            parameters=result.parameters,
+            random=result.requirement is not None,
+            unit=band.unit,
+            failed=count_failed(result.failures),
+            finished=result.spec is not None and result.spec.table,
+            nominal_parameters=result.nominal_parameters,
+        )
+    return None
+
+
+def features_of(result: StudyResult) -> list[FeatureResult]:
+    """The features of a study."""
+    found = (result.features[name] for name in result.features.names)
+    return [one for one in found if isinstance(one, FeatureResult)]
+
+
+def main_numbers(result: StudyResult) -> list[Table]:
+    """Features and outputs, a line each: without tolerances, smallest, largest, how sure."""
+    rows: list[list[Cell]] = []
+    for one in features_of(result):
+        reach, unit = one.interval, one.unit
+        ends = (reach.lower, reach.upper, float(np.mean(one.nominal)))
+        size = max(map(abs, ends))
+        smallest, largest, nominal = (format_quantity(value, unit, scale=size) for value in ends)
+        spread = format_quantity(reach.upper - reach.lower, unit)
+        sure = Verdict(reach.verdict, JUDGMENTS.get(reach.verdict, "fair"))
+        rows.append([one.name, nominal, smallest, largest, spread, percent(reach.whole_run), sure])
+    for name, band in result.bands.items():
+        low, high = extent(result, band)
+        size = max(abs(low), abs(high))
+        nominal = format_range((float(band.nominal.min()), float(band.nominal.max())), band.unit)
+        smallest, largest = (format_quantity(value, band.unit, scale=size) for value in (low, high))
+        sure = Verdict(band.verdict, JUDGMENTS[band.verdict])
+        width = format_quantity(band.max_width, band.unit)
+        rows.append([name, nominal, smallest, largest, width, percent(band.whole_run), sure])
+    if not rows:
+        return []
+    more = len(rows) - _MOST_LINES
+    caption = "The main numbers over the tolerances"
+    caption += f"; {more} more are in the details" if more > 0 else ""
+    head = ["what", "nominal", "smallest", "largest", "differ by up to", "further one inside", "known as"]
+    return [Table(caption, head, rows[:_MOST_LINES])]
+
+
+def unknown(result: StudyResult) -> list[str]:
+    """What the study does not say."""
+    told = []
+    failed = count_failed(result.failures)
+    if failed:
+        count = failed + len(result.parameters) + 1
+        told.append(
+            f"{failed} of {count} mechanisms could not be simulated: nothing here holds for such mechanisms."
+        )
+    for verdict, words in _OPEN.items():
+        found = [name for name, band in result.bands.items() if band.verdict == verdict]
+        if found:
+            told.append(f"{in_a_sentence(found)}: {words}.")
+    inside = [band.whole_run for band in result.bands.values() if math.isfinite(band.whole_run)]
+    if inside:
+        told.append(
+            f"All numbers come from {len(result.parameters) + 1} simulated mechanisms. Of a hundred further "
+            f"ones about {100.0 * min(inside):.0f} stay within a band all the time; the details say how the "
+            "others leave it."
+        )
+    if result.warnings:
+        count = len(result.warnings)
+        told.append(f"{count} {'warning is' if count == 1 else 'warnings are'} among the details.")
+    return told
+
+
+def reach_of(result: StudyResult, band: Band) -> str:
+    """How far an output moves, with the kind of statement that it is."""
+    unit = band.unit
+    whole, sampled = extent(result, band), at_samples(band)
+    reach = format_range(whole, unit)
+    if whole != sampled:
+        reach += f" with its peaks between the samples, at these {format_range(sampled, unit)}"
+    verbs = {"sampled": "reached in the runs:", "not resolved": "may be within"}
+    text = f"{band.name} {verbs.get(band.verdict, 'stays within')} {reach} ({band.verdict}"
+    if math.isfinite(band.coverage):
+        text += f": {percent(band.coverage)} of held-out samples inside"
+    width = format_quantity(band.max_width, unit)
+    return f"{text}). Widest {_when(band)}: {width}."
