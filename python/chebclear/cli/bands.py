@@ -10,6 +10,7 @@ from ..execution.plan import Plan
 from ..report import html
 from ..study.report.document import study_document
 from ..study.report.extent import extent
+from ..study.requirements.conformance import Conformance
 from ..study.results import StudyResult
 from .output import Rows, print_json, write_table
 from .scenes import hint
@@ -44,16 +45,24 @@ def verdicts(result: StudyResult) -> Rows:
     return rows
 
 
-def finish(result: StudyResult, options: argparse.Namespace, title: str, plan: Plan | None) -> int:
-    """Write what was asked for under this title, print the table of verdicts, and judge it."""
+def finish(
+    result: StudyResult,
+    options: argparse.Namespace,
+    title: str,
+    plan: Plan | None,
+    shares: Conformance | None = None,
+) -> int:
+    """Write what was asked for under this title, print shares and verdicts, and judge these."""
     table = verdicts(result)
     rankings = _rankings(result)
     if options.out is not None:
         with complete_folder(options.out) as folder:
             result.save(folder / "study.npz")
             write_table(table, folder, "verdicts")
-            (folder / "result.txt").write_text("\n\n".join([str(result), *rankings]) + "\n", encoding="utf-8")
-            html.write(study_document(result, title), folder / "report.html", pictures=folder)
+            texts = [*([] if shares is None else [str(shares)]), str(result), *rankings]
+            (folder / "result.txt").write_text("\n\n".join(texts) + "\n", encoding="utf-8")
+            document = study_document(result, title, shares)
+            html.write(document, folder / "report.html", pictures=folder)
     accepted = DEMANDS.get(options.require, ())
     poor = [row["output"] for row in table if accepted and row["verdict"] not in accepted]
     if options.json:
@@ -64,6 +73,7 @@ def finish(result: StudyResult, options: argparse.Namespace, title: str, plan: P
                 "plan": None if plan is None else dataclasses.asdict(plan),
                 "runs": len(result.parameters),
                 "intervals": {name: [side.lower, side.upper] for name, side in result.intervals.items()},
+                "shares": [] if shares is None else share_rows(shares),
                 "verdicts": table,
                 "rankings": rankings,
                 "statement": result.statement,
@@ -72,6 +82,8 @@ def finish(result: StudyResult, options: argparse.Namespace, title: str, plan: P
             }
         )
         return EXIT_NOT_MET if poor else 0
+    if shares is not None:
+        print(shares, end="\n\n")
     print(at_the_command_line(str(result)), end="\n\n")
     for text in rankings:
         print(at_the_command_line(text), end="\n\n")
@@ -83,6 +95,23 @@ def finish(result: StudyResult, options: argparse.Namespace, title: str, plan: P
     if options.out is None:
         hint(options, f"chebclear {options.command} FILE --out results")
     return 0
+
+
+def share_rows(found: Conformance) -> Rows:
+    """A row for every requirement."""
+    return [
+        {
+            "requirement": name,
+            "limits": str(one.specification),
+            "share": one.share,
+            "at least": one.lower,
+            "at most": one.upper,
+            "outside": one.outside,
+            "failed": one.failed,
+            "runs": one.runs,
+        }
+        for name, one in found.items()
+    ]
 
 
 def _rankings(result: StudyResult) -> list[str]:

@@ -291,9 +291,12 @@ def plot_share(share: Share, *, ax: Axes | None = None, unit: str | None = None,
     scale, shown = unit_scale(share.unit, unit)
     values = [values[np.isfinite(values)] * scale for values in (share.lowest, share.highest)]
     single = np.array_equal(values[0], values[1])
-    series = values[:1] if single else values
+    # Of a value that changes during the run the extreme that a limit is about.
+    limited = [math.isfinite(limit) for limit in share.limits]
+    series = values[:1] if single else [one for one, used in zip(values, limited, strict=True) if used]
     edges = np.histogram_bin_edges(np.concatenate(series), bins="auto" if len(series[0]) < 1000 else 50)
-    names = [None] if single else ["lowest", "highest"]
+    words = zip(("lowest", "highest"), limited, strict=True)
+    names = [None] if single else [word for word, used in words if used]
     for one, name, color in zip(series, names, COLORS, strict=False):
         look: dict[str, Any] = {"bins": edges, "color": color, "label": name, "alpha": 0.8}
         ax.hist(one, **(look | bars))

@@ -41,6 +41,7 @@ from .polynomials.surrogate import BoundKind
 from .report.dataset import facts_of, more_arrays, study_dataset
 from .report.document import study_document, verdict_table
 from .report.summary import summary
+from .requirements.conformance import Conformance
 from .spec import StudySpec
 
 Array = NDArray[np.float64]
@@ -394,7 +395,13 @@ class StudyResult(WithNotices, records.ArrayRecord, Exports, Named[Band]):
             metadata | common_facts(self.settings, self.scene, self.warnings),
         )
 
-    def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
+    def report(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        title: str | None = None,
+        conformance: Conformance | None = None,
+    ) -> Path:
         """Write a report of the study: one HTML file that needs no network and runs no scripts.
 
         Parameters
@@ -403,13 +410,16 @@ class StudyResult(WithNotices, records.ArrayRecord, Exports, Named[Band]):
             The file; ``.html`` is appended if there is no suffix. An existing file is replaced.
         title : str, optional
             The heading: the question in words.
+        conformance : Conformance, optional
+            Shares in specification of the same study, from `chebclear.conformance`: the report answers with
+            them first.
 
         Returns
         -------
         Path
             The file written.
         """
-        return html.write(study_document(self, title), path)
+        return html.write(study_document(self, title, conformance), path)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything to one ``.npz`` file.

@@ -90,6 +90,30 @@ def test_a_plan_makes_no_more_runs_than_it_needs(file, capsys):
     assert json.loads(capsys.readouterr().out)["plan"]["runs"] == 121
 
 
+def test_a_study_of_a_file_with_requirements_answers_them_first(file, tmp_path, capsys):
+    folder = tmp_path / "found"
+    assert cli.main(["study", str(file), "--runs", "41", "--quiet", "--out", str(folder)]) == 0
+    printed = capsys.readouterr().out
+    assert [line.partition(":")[0] for line in printed.splitlines()[:3]] == ["reach", "fast", "all"]
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert page.index("The requirements") < page.index("The main numbers")
+    assert (folder / "result.txt").read_text(encoding="utf-8").startswith("reach:")
+    assert cli.main(["study", str(file), "--runs", "41", "--quiet", "--json"]) == 0
+    shares = json.loads(capsys.readouterr().out)["shares"]
+    assert [row["requirement"] for row in shares] == ["reach", "fast", "all"]
+    # As the command for shares alone finds them, with as many runs.
+    assert run(file, "--runs", 100, "--quiet", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["shares"] == shares
+
+
+def test_requirements_without_distributions_are_a_note(file, capsys):
+    text = FILE.replace(', distribution = "normal"', "").replace(', distribution = "uniform"', "")
+    file.write_text(text, encoding="utf-8")
+    assert cli.main(["study", str(file), "--runs", "21"]) == 0
+    printed = capsys.readouterr()
+    assert "takes distributions" in printed.err and "in specification" not in printed.out
+
+
 @pytest.mark.parametrize(
     ("old", "new", "problem"),
     [

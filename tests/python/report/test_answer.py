@@ -211,3 +211,29 @@ def test_a_band_that_is_thin_against_the_motion_is_drawn_as_a_deviation():
 
 def test_angles_are_in_degrees_for_readers():
     assert format_range((0.1, math.pi), "rad") == "5.73 .. 180°"
+
+
+def test_a_report_with_shares_says_first_whether_mechanisms_are_in_specification(tmp_path):
+    t = [0.0, 0.5, 1.0]
+    study = cc.Study(
+        lambda gap, thread: {"t": t, "play": [gap - thread, 0.0, gap], "force": [1.0, 2.0, gap]},
+        {"gap": cc.normal(10.1, 0.02), "thread": cc.normal(10.0, 0.02)},
+        units={"force": "N", "play": "m"},
+    )
+    limits = {"tight": cc.require("play", below=10.12), "strong": cc.require("force", below=20.0)}
+    shares = cc.conformance(study, limits, 400)
+    document = study_document(study.band(81), None, shares)
+    first, force, tolerance = document.answer
+    every = shares["all"]
+    assert every.outside > 0
+    assert first.startswith("In specification are") and "95 % confidence" in first
+    assert force.startswith("The largest force is")
+    assert tolerance.startswith("The tolerance of gap matters most") and "the peak of play" in tolerance
+    table = document.first[0]
+    assert [row[0] for row in table.rows] == ["tight", "strong", "all"]
+    assert [row[-1].word for row in table.rows] == ["kept by most", "kept by all", "kept by most"]
+    assert document.sections[0].title == "In specification or not"
+    path = study.band(81).report(tmp_path / "report", conformance=shares)
+    assert "The requirements" in path.read_text(encoding="utf-8")
+    none = cc.conformance(study, {"strong": limits["strong"]}, 100)
+    assert study_document(study.band(81), None, none).answer[0].startswith("None of 100 mechanisms is out")

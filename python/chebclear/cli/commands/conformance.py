@@ -7,10 +7,10 @@ from pathlib import Path
 
 from ...base.writing import complete_folder, file_name
 from ...study.requirements.conformance import Conformance
-from ..bands import EXIT_NOT_MET
+from ..bands import EXIT_NOT_MET, share_rows
 from ..figures import DPI
 from ..options import Commands, add_means, add_out, add_scene, add_settings, count, new_command, positive
-from ..output import Rows, print_json, require_writable, write_table
+from ..output import print_json, require_writable, write_table
 from ..plans import plan_of
 from ..scenes import progress_of, settings_of, template_of
 
@@ -87,13 +87,13 @@ def conformance(options: argparse.Namespace) -> int:
     )
     if options.out is not None:
         with complete_folder(options.out) as folder:
-            write_table(_rows(found), folder, "conformance")
+            write_table(share_rows(found), folder, "conformance")
             (folder / "conformance.txt").write_text(f"{found}\n", encoding="utf-8")
             _draw(found, folder)
     worst = list(found.values())[-1]
     poor = options.least is not None and worst.lower < options.least
     if options.json:
-        print_json({"shares": _rows(found), "seed": found.seed, "not_met": [worst.name] if poor else []})
+        print_json({"shares": share_rows(found), "seed": found.seed, "not_met": [worst.name] if poor else []})
     else:
         print(found)
         if options.out is not None:
@@ -101,23 +101,6 @@ def conformance(options: argparse.Namespace) -> int:
         if poor:
             print(f"not at least {100.0 * options.least:g} %: {worst.name}")
     return EXIT_NOT_MET if poor else 0
-
-
-def _rows(found: Conformance) -> Rows:
-    """A row for every requirement."""
-    return [
-        {
-            "requirement": name,
-            "limits": str(one.specification),
-            "share": one.share,
-            "at least": one.lower,
-            "at most": one.upper,
-            "outside": one.outside,
-            "failed": one.failed,
-            "runs": one.runs,
-        }
-        for name, one in found.items()
-    ]
 
 
 def _draw(found: Conformance, folder: Path) -> None:

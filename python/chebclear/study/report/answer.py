@@ -18,6 +18,7 @@ from ..features.features import FeatureResult
 from .extent import at_samples, extent
 
 if TYPE_CHECKING:
+    from ..requirements.conformance import Conformance
     from ..results import StudyResult
 
 # Lines of the table of main numbers; the details have all.
@@ -40,10 +41,53 @@ _OPEN = {
 }
 
 
-def sentences(result: StudyResult) -> list[str]:
-    """How far the first output moves, the largest force, and the tolerance that matters."""
-    told = [*_movement(result), *_force(result), *_tolerance(result)]
+def sentences(result: StudyResult, conformance: Conformance | None = None) -> list[str]:
+    """In specification or not, else how far the first output moves; the largest force; the tolerance."""
+    first = _movement(result) if conformance is None else _specification(conformance)
+    told = [*first, *_force(result), *_tolerance(_judged(result, conformance))]
     return told or ["The study has neither outputs nor features."]
+
+
+def _specification(conformance: Conformance) -> Iterator[str]:
+    *_, every = conformance.values()
+    ends = f"between {percent(every.lower)} and {percent(every.upper)}"
+    sure = f"with {100.0 * every.confidence:.4g} % confidence"
+    if every.outside == 0:
+        least = f"at least {percent(every.lower)} are in it {sure}"
+        yield f"None of {every.runs} mechanisms is out of specification: {least}."
+    else:
+        yield f"In specification are {percent(every.share)} of the mechanisms, {ends} {sure}."
+
+
+def requirements(conformance: Conformance | None) -> list[Table]:
+    """A line for each requirement: share in specification, its interval, a verdict."""
+    if conformance is None:
+        return []
+    rows: list[list[Cell]] = []
+    for name, one in conformance.items():
+        word = "kept by all" if one.outside == 0 else "kept by most" if one.share >= 0.5 else "kept by few"
+        judged: Judgment = "good" if one.outside == 0 else "fair" if one.share >= 0.5 else "bad"
+        limits = str(one.specification) if len(conformance) == 1 or name != "all" else "all of them"
+        shares = map(percent, (one.share, one.lower, one.upper))
+        rows.append([name, limits, *shares, f"{one.outside} of {one.runs}", Verdict(word, judged)])
+    head = ["requirement", "limits", "in specification", "at least", "at most", "outside", "verdict"]
+    return [Table("The requirements", head, rows)]
+
+
+def unproven(conformance: Conformance | None) -> list[str]:
+    """What shares in specification do not say."""
+    if conformance is None:
+        return []
+    *_, every = conformance.values()
+    told = []
+    if every.failed:
+        told.append(f"{every.failed} mechanisms could not be simulated; they count as outside.")
+    if len(every.at) > 1:
+        sides = in_a_sentence(list(every.at[0]))
+        told.append(
+            f"Of {sides} only the interval is known: the shares hold at its middle and ends, not between."
+        )
+    return told
 
 
 def _movement(result: StudyResult) -> Iterator[str]:
@@ -88,9 +132,8 @@ def _force(result: StudyResult) -> Iterator[str]:
         yield f"{told}; without tolerances it is {format_quantity(nominal, 'N')}."
 
 
-def _tolerance(result: StudyResult) -> Iterator[str]:
+def _tolerance(feature: FeatureResult | None) -> Iterator[str]:
     """The tolerance that narrows most what the reader asked for."""
-    feature = _judged(result)
     if feature is None:
         return
     try:
@@ -108,30 +151,43 @@ def _tolerance(result: StudyResult) -> Iterator[str]:
         yield f"No single tolerance is certain to narrow the range of {feature.name}."
 
 
-def _judged(result: StudyResult) -> FeatureResult | None:
-    """The first feature that varies; without one the largest value of a force, or of the first output."""
-    for one in features_of(result):
+def _judged(result: StudyResult, conformance: Conformance | None) -> FeatureResult | None:
+    """What breaks most requirements; the first feature that varies; the peak of a force, or of an output."""
+    features = {one.name: one for one in features_of(result)}
+    broken = [] if conformance is None else sorted(conformance.values(), key=lambda one: -one.outside)
+    for share in broken:
+        name, (lower, upper) = share.specification.quantity, share.limits
+        if share.outside and name in features:
+            return features[name]
+        if share.outside and name in result.bands:
+            # The side on which most are outside.
+            low, high = (np.sum(share.lowest <= lower), np.sum(share.highest >= upper))
+            return _extreme(result, result.bands[name], highest=bool(high >= low))
+    for one in features.values():
         if np.ptp(one.values) > 0.0:
             return one
     bands = [band for band in result.bands.values() if band.max_width > 0.0]
     bands.sort(key=lambda band: band.unit != "N")
-    for band in bands[:1]:
-        # The last row is the nominal run.
-        values = result.table(band.name)[: len(result.parameters)]
-        peaks = values.reshape(len(values), -1).max(axis=1)[:, None]
-        return FeatureResult(
-            name=f"the peak of {band.name}",
-            values=peaks,
-            nominal=np.array([band.nominal.max()]),
-            intervals=result.intervals,
-            parameters=result.parameters,
-            random=result.requirement is not None,
-            unit=band.unit,
-            failed=count_failed(result.failures),
-            finished=result.spec is not None and result.spec.table,
-            nominal_parameters=result.nominal_parameters,
-        )
-    return None
+    return _extreme(result, bands[0], highest=True) if bands else None
+
+
+def _extreme(result: StudyResult, band: Band, *, highest: bool) -> FeatureResult:
+    """The largest or the smallest value of an output at the samples of each run, as a feature."""
+    find = np.max if highest else np.min
+    # The last row is the nominal run.
+    values = result.table(band.name)[: len(result.parameters)]
+    return FeatureResult(
+        name=f"the {'peak' if highest else 'lowest value'} of {band.name}",
+        values=find(values.reshape(len(values), -1), axis=1)[:, None],
+        nominal=np.array([find(band.nominal)]),
+        intervals=result.intervals,
+        parameters=result.parameters,
+        random=result.requirement is not None,
+        unit=band.unit,
+        failed=count_failed(result.failures),
+        finished=result.spec is not None and result.spec.table,
+        nominal_parameters=result.nominal_parameters,
+    )
 
 
 def features_of(result: StudyResult) -> list[FeatureResult]:

@@ -17,7 +17,16 @@ from ...scene.scene import Interval
 from ..band.band import Band
 from ..band.margin import percent
 from .alternatives import alternatives
-from .answer import JUDGMENTS, features_of, main_numbers, reach_of, sentences, unknown
+from .answer import (
+    JUDGMENTS,
+    features_of,
+    main_numbers,
+    reach_of,
+    requirements,
+    sentences,
+    unknown,
+    unproven,
+)
 from .extent import at_samples, extent
 from .ranking import feature_section
 from .script import study_listings
@@ -25,6 +34,7 @@ from .script import study_listings
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ..requirements.conformance import Conformance, Share
     from ..results import StudyResult
 
 Array = NDArray[np.float64]
@@ -45,7 +55,9 @@ MEANINGS = {
 }
 
 
-def study_document(result: StudyResult, title: str | None) -> Document:
+def study_document(
+    result: StudyResult, title: str | None, conformance: Conformance | None = None
+) -> Document:
     """The report of a study; see `StudyResult.report`."""
     bands = result.bands
     names = [*bands, *result.features.names]
@@ -56,10 +68,11 @@ def study_document(result: StudyResult, title: str | None) -> Document:
         title=title
         or f"How far {'does' if len(names) == 1 else 'do'} {in_a_sentence(names)} move over the tolerances?",
         facts=[_method(result), counted, *_time(result), version_fact()],
-        answer=sentences(result),
-        first=[*drawing, *main_numbers(result)],
-        doubts=unknown(result),
+        answer=sentences(result, conformance),
+        first=[*drawing, *requirements(conformance), *main_numbers(result)],
+        doubts=[*unproven(conformance), *unknown(result)],
         sections=[
+            *([_shares(result, conformance)] if conformance is not None else []),
             Section(_SUBJECT[result.scene is None], [_parameters(result)]),
             *([Section("How far the outputs move", _band_blocks(result))] if bands else []),
             *(feature_section(one) for one in features_of(result)),
@@ -152,6 +165,25 @@ def _band_blocks(result: StudyResult) -> list[Block]:
             )
         )
     return blocks
+
+
+def _shares(result: StudyResult, conformance: Conformance) -> Section:
+    """How the mechanisms are spread about the limits."""
+    blocks: list[Block] = [Items([f"{name}: {one}." for name, one in conformance.items()])]
+    blocks += [
+        Picture(
+            f"How the mechanisms are spread about the limits of {name}: {one.outside} of {one.runs} outside.",
+            partial(_share, one),
+            name=f"requirement_{name}",
+        )
+        for name, one in conformance.items()
+        if one.specification.quantity in (*result.bands, *result.features.names)
+    ]
+    return Section("In specification or not", blocks)
+
+
+def _share(share: Share, ax: Axes) -> None:
+    share.plot(ax=ax)
 
 
 def _band(band: Band, ax: Axes) -> None:
