@@ -11,6 +11,7 @@ from .base.quantities import (
     Interval as Interval,
     rpm as rpm,
 )
+from .designs.contrast import contrast as contrast
 from .errors import (
     ChebclearError as ChebclearError,
     ChebclearWarning as ChebclearWarning,

@@ -1,5 +1,6 @@
 """Types of the results, which functions and methods return."""
 
+from .designs.contrast import Contrast, Difference, ShareDifference
 from .execution.failures import FailedRun
 from .execution.plan import Plan
 from .run.accuracy import ErrorEstimate
@@ -35,6 +36,8 @@ __all__ = [
     "Conformance",
     "Contact",
     "Contacts",
+    "Contrast",
+    "Difference",
     "Effects",
     "EndState",
     "ErrorEstimate",
@@ -59,6 +62,7 @@ __all__ = [
     "Recommendation",
     "RestraintZones",
     "Share",
+    "ShareDifference",
     "Specification",
     "Stats",
     "StudyFunction",

@@ -26,6 +26,7 @@ from .subjects import is_a, require
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ..designs.contrast import Difference
     from ..study.features.effects import Effects
     from ..study.features.features import FeatureResult
     from ..study.features.ranking import Ranking
@@ -308,6 +309,53 @@ def plot_share(share: Share, *, ax: Axes | None = None, unit: str | None = None,
     ax.set_title(f"{share.outside or 'none'} of {share.runs} outside")
     if not single:
         ax.legend()
+    return ax
+
+
+def plot_difference(
+    difference: Difference, *, ax: Axes | None = None, unit: str | None = None, **bars: Any
+) -> Axes:
+    """Draw how the differences of a feature between two designs are spread, and where their median lies.
+
+    Parameters
+    ----------
+    difference : Difference
+        One of the features of what ``contrast`` returned.
+    ax : Axes, optional
+        Where to draw; a new figure if not given.
+    unit : str, optional
+        Unit to show, such as ``"µm"``; SI if not given.
+    **bars
+        Passed to ``Axes.hist``.
+
+    Returns
+    -------
+    Axes
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> def shaft(gap, thread):
+    ...     return {"play": gap - thread}
+    >>> wide, narrow = (
+    ...     cc.Study(shaft, {"gap": cc.normal(10.1, s), "thread": cc.normal(10.0, 0.02)})
+    ...     for s in (0.03, 0.01)
+    ... )
+    >>> ax = cc.plots.plot_difference(cc.contrast(wide, narrow)["play"])
+    """
+    require("difference", difference, "Difference")
+    ax = new_axes(ax)
+    scale, shown = unit_scale(difference.unit, unit)
+    change = scale * (difference.second - difference.first)
+    look: dict[str, Any] = {"bins": "auto" if len(change) < 1000 else 50, "color": COLORS[0], "alpha": 0.8}
+    ax.hist(change, **(look | bars))
+    ax.axvline(0.0, color="0.2", linewidth=0.8)
+    ends = [scale * end for end in (difference.lower, difference.upper) if math.isfinite(end)]
+    if ends:
+        ax.axvspan(ends[0], ends[-1], color=COLORS[1], alpha=0.3, label="median, between")
+        ax.legend()
+    set_x_label(ax, with_unit(f"change of {plain_words(difference.name)}", shown))
+    ax.set_ylabel("pairs of mechanisms")
     return ax
 
 

@@ -38,7 +38,7 @@ _ALL = "all"
 
 
 @dataclass(frozen=True)
-class _Watched:
+class Watched:
     """What is taken from every run for a specification."""
 
     features: tuple[str, str] | None
@@ -109,7 +109,7 @@ def conformance(
         raise ArgumentTypeError(f"study must be a Study, got {study!r:.80}")
     runner = study.runner
     asked, count, failures, level, seed = _checked(runner, specifications, runs, failures, confidence, rng)
-    watching, watched = _watching(runner, asked)
+    watching, watched = watching_for(runner, asked)
     places = corners(runner.parameters)
     draws = drawn(runner.parameters, declared_order(runner.build, runner.parameters), count, seed)
     # For each place the extremes of each specification's quantity, shape (2, runs).
@@ -124,7 +124,7 @@ def conformance(
                 raise error.first from None
             notices = {(notice.code, notice.about): notice for notice in made.notices} | notices
             for index, (name, one) in enumerate(asked.items()):
-                more = _extremes(made, name, one, watched[name], len(points))
+                more = extremes_of(made, name, one, watched[name], len(points))
                 found[index] = np.concatenate([found[index], more], axis=1)
         if failures is not None and _fewest_outside(watched, extremes) >= failures:
             break
@@ -185,7 +185,7 @@ def _checked(
     return asked, count, failures, level, seed
 
 
-def _fewest_outside(watched: dict[str, _Watched], extremes: list[list[Array]]) -> int:
+def _fewest_outside(watched: dict[str, Watched], extremes: list[list[Array]]) -> int:
     """Runs outside of the specification that the fewest are outside of."""
     return min(
         int(np.count_nonzero(one.is_outside(values)))
@@ -202,7 +202,7 @@ def _pieces(count: int, failures: int | None) -> Iterator[slice]:
         done, until = until, min(2 * until, count)
 
 
-def _watching(runner: Runner, asked: dict[str, Specification]) -> tuple[Runner, dict[str, _Watched]]:
+def watching_for(runner: Runner, asked: dict[str, Specification]) -> tuple[Runner, dict[str, Watched]]:
     """The runner with the features that the specifications need, and what each takes from a run."""
     checks = Checks()
     features: dict[str, FeatureSpec] = dict(runner.features)
@@ -239,7 +239,7 @@ def _watching(runner: Runner, asked: dict[str, Specification]) -> tuple[Runner, 
         else:
             # A model of the user's own: outputs are known once it has run.
             unit, taken = runner.units.get(quantity, ""), None
-        watched[name] = _Watched(taken, unit, one.limits(checks, place, unit))
+        watched[name] = Watched(taken, unit, one.limits(checks, place, unit))
     checks.finish()
     if settings is not None:
         core = tracked_features(features.values())
@@ -276,7 +276,7 @@ def _at(runner: Runner, draws: Array, place: dict[str, float]) -> Array:
     return points
 
 
-def _extremes(runs: Runs, name: str, one: Specification, watched: _Watched, points: int) -> Array:
+def extremes_of(runs: Runs, name: str, one: Specification, watched: Watched, points: int) -> Array:
     """The lowest and the highest value in each run, NaN where it failed, shape (2, points)."""
     found = np.full((2, points), np.nan)
     if watched.features is not None:
@@ -301,7 +301,7 @@ def _extremes(runs: Runs, name: str, one: Specification, watched: _Watched, poin
 
 
 def _together(
-    watched: dict[str, _Watched],
+    watched: dict[str, Watched],
     places: list[dict[str, float]],
     extremes: list[list[Array]],
     confidence: float,

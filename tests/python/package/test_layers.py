@@ -31,6 +31,7 @@ PYTHON_ROOMS = [
     "study",
     "templates",
     "tradeoffs",
+    "designs",
     "laws",
     "motions",
     "features",

@@ -1,0 +1,413 @@
+"""Two designs with the same mechanisms: differences of features and requirements in pairs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+from zlib import crc32
+
+import numpy as np
+from numpy.random import Generator, default_rng
+from numpy.typing import NDArray
+
+from ..base.arguments import Checks
+from ..base.named import Named
+from ..base.prefixes import format_quantity, format_range
+from ..base.shown import Shown, listed
+from ..errors import ArgumentError, ArgumentTypeError
+from ..execution.failures import AllFailedError
+from ..report import html
+from ..report.document import Table
+from ..run.notices import Notice, issue
+from ..scene.distributions import Distribution
+from ..scene.scene import Interval
+from ..study.conforming import extremes_of, watching_for
+from ..study.requirements.exact import binomial_cdf, exact_interval
+from ..study.requirements.specification import Specification, checked_specifications
+from ..study.runner import Runner
+from ..study.sources.finished import FinishedRuns
+from ..study.sources.scenes import MOST_RUNS, Runs
+from ..study.sources.units import units_of
+from ..study.study import Study
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+# Differences of the two specifications that are named one by one.
+_MOST_NAMED = 12
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Difference(Shown):
+    """A feature of the second design less that of the first, in pairs of mechanisms.
+
+    Attributes
+    ----------
+    name : str
+        Name of the feature.
+    unit : str
+        SI unit; empty if it is not known.
+    first, second : Array
+        The feature in both designs, the mean over cycles, of the pairs that both simulated, shape (pairs,).
+    median : float
+        Median of the differences.
+    lower, upper : float
+        Interval of the median, exact for any distribution: from one ordered difference to another.
+    smaller : float
+        Share of the pairs in which the second is smaller [-].
+    smaller_between : tuple[float, float]
+        Interval of that share `[ClopperPearson1934]` [-].
+    confidence : float
+        Probability that an interval holds the true value [-].
+    """
+
+    name: str
+    unit: str
+    first: Array
+    second: Array
+    median: float
+    lower: float
+    upper: float
+    smaller: float
+    smaller_between: tuple[float, float]
+    confidence: float
+
+    @property
+    def differs(self) -> bool:
+        """Whether the interval of the median leaves out zero."""
+        return self.lower > 0.0 or self.upper < 0.0
+
+    def __str__(self) -> str:
+        first = format_quantity(float(np.median(self.first)), self.unit)
+        ends = format_range((self.lower, self.upper), self.unit)
+        change = format_quantity(self.median, self.unit)
+        low, high = self.smaller_between
+        text = f"{self.name}: {change} from {first} (median of {len(self.first)} pairs; between {ends}); "
+        text += f"smaller in {100.0 * self.smaller:.3g} % of them"
+        return f"{text} ({100.0 * low:.3g} to {100.0 * high:.3g} %)"
+
+    def plot(self, *, ax: Axes | None = None, unit: str | None = None) -> Axes:
+        """Draw how the differences are spread; see `plot_difference`."""
+        from ..plots.features import plot_difference
+
+        return plot_difference(self, ax=ax, unit=unit)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ShareDifference(Shown):
+    """How many more mechanisms of the second design keep to a requirement, in pairs.
+
+    Attributes
+    ----------
+    name : str
+        Name of the requirement.
+    specification : Specification
+        The limits.
+    pairs : int
+        Pairs of mechanisms; one that fails counts as outside [-].
+    only_first, only_second, both, neither : int
+        Pairs in which only the first, only the second, both or none keep to it [-].
+    lower, upper : float
+        Interval of the share of the second less that of the first, exact for any mechanism: from the
+        intervals of the two kinds of pairs that differ [-].
+    confidence : float
+        Probability that it holds the true difference [-].
+    """
+
+    name: str
+    specification: Specification
+    pairs: int
+    only_first: int
+    only_second: int
+    both: int
+    neither: int
+    lower: float
+    upper: float
+    confidence: float
+
+    @property
+    def shares(self) -> tuple[float, float]:
+        """Shares of both designs [-]."""
+        return (self.both + self.only_first) / self.pairs, (self.both + self.only_second) / self.pairs
+
+    @property
+    def difference(self) -> float:
+        """Share of the second less that of the first [-]."""
+        return (self.only_second - self.only_first) / self.pairs
+
+    def __str__(self) -> str:
+        first, second = (f"{100.0 * share:.3g} %" for share in self.shares)
+        points = [f"{100.0 * one:+.3g}" for one in (self.difference, self.lower, self.upper)]
+        text = f"{self.name}: {first} and {second} in specification, {points[0]} points, "
+        text += f"between {points[1]} and {points[2]} (of {self.pairs} pairs {self.only_second} keep to it "
+        return f"{text}in the second design alone, {self.only_first} in the first alone)"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Contrast(Named["Difference | ShareDifference"]):
+    """Two designs compared in pairs; see `contrast`.
+
+    Attributes
+    ----------
+    features : dict[str, Difference]
+        Differences of the features that both have.
+    requirements : dict[str, ShareDifference]
+        Differences of the shares in specification.
+    changes : tuple[str, ...]
+        What differs in the two studies.
+    parameter_names : tuple[str, ...]
+        Parameters that were drawn, of both.
+    seed : int
+        Seed of the draws: ``rng=seed`` repeats them.
+    notices : tuple[Notice, ...]
+        Warnings of the runs, each kind once.
+    """
+
+    features: dict[str, Difference]
+    requirements: dict[str, ShareDifference]
+    changes: tuple[str, ...]
+    parameter_names: tuple[str, ...]
+    seed: int
+    notices: tuple[Notice, ...] = ()
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return (*self.requirements, *self.features)
+
+    def _entry(self, name: str) -> Difference | ShareDifference:
+        return self.requirements.get(name) or self.features[name]
+
+    @property
+    def table(self) -> Table:
+        """One row for each feature."""
+        rows = []
+        for one in self.features.values():
+            size = float(np.max(np.abs([one.first, one.second])))
+            medians = (float(np.median(one.first)), float(np.median(one.second)))
+            values = [format_quantity(median, one.unit, scale=size) for median in medians]
+            change, ends = (
+                format_quantity(one.median, one.unit),
+                format_range((one.lower, one.upper), one.unit),
+            )
+            rows.append([one.name, *values, change, ends, f"{one.smaller:.1%}"])
+        head = ["feature", "first", "second", "difference", "between", "smaller in"]
+        return Table("Medians of both designs and of their differences in pairs", head, rows)
+
+    def __repr__(self) -> str:
+        return f"<Contrast: {listed(self._names, most=4)}>"
+
+    def __str__(self) -> str:
+        lines = [str(one) for one in (*self.requirements.values(), *self.features.values())]
+        return "\n".join([*lines, *(f"differs: {change}" for change in self.changes)])
+
+    def _repr_html_(self) -> str:
+        return html.fragment(repr(self)[1:-1], [self.table])
+
+
+def contrast(
+    first: Study,
+    second: Study,
+    specifications: Specification | Sequence[Specification] | Mapping[str, Specification] | None = None,
+    runs: int = 200,
+    *,
+    confidence: float = 0.95,
+    rng: int | Generator | None = 0,
+) -> Contrast:
+    """Compare two designs by the same mechanisms: is the second better, and by how much?
+
+    Every mechanism is simulated in both designs. A parameter that both have takes the same place in its own
+    distribution or interval, by its name: what is drawn at the upper limit in one is so in the other. Scatter
+    that both share leaves the differences; they are known from far fewer runs than two studies apart.
+
+    Parameters
+    ----------
+    first, second : Study
+        The designs. Features of the same name are compared.
+    specifications : Specification, or sequence or mapping of them by name, optional
+        Requirements, made by `require`; features and outputs that both have.
+    runs : int
+        Pairs of mechanisms [-].
+    confidence : float
+        Of the intervals [-].
+    rng : int, numpy.random.Generator or None
+        Seed or generator of the draws; None for fresh ones. The seed is kept with the result.
+
+    Returns
+    -------
+    Contrast
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument is wrong, or nothing can be compared; all problems are listed.
+    SceneError, SimulationError
+        As `Study.sample`.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> def shaft(gap, thread):
+    ...     return {"play": gap - thread}
+    >>> wide, narrow = (
+    ...     cc.Study(shaft, {"gap": cc.normal(10.1, s), "thread": cc.normal(10.0, 0.02)})
+    ...     for s in (0.03, 0.01)
+    ... )
+    >>> found = cc.contrast(wide, narrow, {"loose": cc.require("play", above=0.05)}, 400)
+    >>> found["loose"].lower > 0.0
+    True
+    """
+    if not isinstance(first, Study) or not isinstance(second, Study):
+        raise ArgumentTypeError(f"first and second must be studies, got {first!r:.60} and {second!r:.60}")
+    runners = first.runner, second.runner
+    checks = Checks()
+    asked = {} if specifications is None else checked_specifications(checks, specifications)
+    count = checks.whole("runs", runs, least=6, most=MOST_RUNS)
+    level = checks.real("confidence", confidence, "-", above=0.0, below=1.0)
+    seed = checks.seed("rng", rng)
+    for place, runner in zip(("first", "second"), runners, strict=True):
+        if isinstance(runner.model, FinishedRuns):
+            checks.add(f"{place} is a table of finished runs, which has no values at other points")
+    checks.finish()
+    notices: dict[object, Notice] = {}
+    features, outside = [], []
+    for runner in runners:
+        watching, watched = watching_for(runner, asked)
+        points = _points(runner, count, seed)
+        try:
+            made = watching.made(points, watching.settings, midpoint=False)
+        except AllFailedError as error:
+            raise error.first from None
+        notices = {(notice.code, notice.about): notice for notice in made.notices} | notices
+        features.append(_features(runner, made, count))
+        outside.append(
+            {
+                name: watched[name].is_outside(extremes_of(made, name, one, watched[name], count))
+                for name, one in asked.items()
+            }
+        )
+    issue(tuple(notices.values()))
+    one, other = features
+    common = [name for name in one if name in other]
+    if not common and not asked:
+        raise ArgumentError("no feature in common: give specifications, or both studies features=")
+    asks, given, simulated = runners[0].features, runners[0].units, runners[0].settings is not None
+    units = units_of(common, asks, given, simulated=simulated)
+    differences = {}
+    for name, unit in zip(common, units, strict=True):
+        pair = np.column_stack([one[name], other[name]])
+        differences[name] = _difference(name, unit, pair[np.isfinite(pair).all(axis=1)], level)
+    shares = {
+        name: _share_difference(name, one, outside[0][name], outside[1][name], level)
+        for name, one in asked.items()
+    }
+    names = tuple(dict.fromkeys([*runners[0].parameters, *runners[1].parameters]))
+    return Contrast(differences, shares, tuple(_changes(*runners)), names, seed, tuple(notices.values()))
+
+
+def _features(runner: Runner, made: Runs, count: int) -> dict[str, Array]:
+    """The features of a study, the mean over cycles, NaN where a run failed; of a model all its numbers."""
+    found = {}
+    for column, name in enumerate(made.feature_names):
+        if runner.settings is None or name in runner.features:
+            assert made.features is not None
+            found[name] = np.full(count, np.nan)
+            found[name][made.kept] = made.features[:, :, column].mean(axis=1)
+    return found
+
+
+def _points(runner: Runner, count: int, seed: int) -> Array:
+    """Values of the parameters: those of one name have the same places in all designs."""
+    points = np.empty((count, len(runner.parameters)))
+    for column, (name, one) in enumerate(runner.parameters.items()):
+        places = default_rng([seed, crc32(name.encode())]).random(count)
+        if isinstance(one, Interval):
+            points[:, column] = one.lower + (one.upper - one.lower) * places
+        else:
+            # A place of exactly 0 has no quantile.
+            points[:, column] = [one.quantile(max(float(place), 1e-16)) for place in places]
+    return points
+
+
+def _difference(name: str, unit: str, pairs: Array, confidence: float) -> Difference:
+    first, second = pairs.T
+    ordered = np.sort(second - first)
+    count = len(ordered)
+    lower, upper = _median_between(ordered, confidence)
+    smaller = int(np.count_nonzero(second < first))
+    ends = exact_interval(smaller, count, confidence) if count else (0.0, 1.0)
+    median = float(np.median(ordered)) if count else np.nan
+    share = smaller / count if count else np.nan
+    return Difference(name, unit, first, second, median, lower, upper, share, ends, confidence)
+
+
+def _median_between(ordered: Array, confidence: float) -> tuple[float, float]:
+    """Ordered values between which the median lies with at least this confidence, for any distribution."""
+    count = len(ordered)
+    places = [k for k in range(count // 2) if binomial_cdf(k, count, 0.5) <= 0.5 * (1.0 - confidence)]
+    if not places:  # too few
+        return -np.inf, np.inf
+    return float(ordered[places[-1]]), float(ordered[count - 1 - places[-1]])
+
+
+def _share_difference(
+    name: str, one: Specification, first: NDArray[np.bool_], second: NDArray[np.bool_], confidence: float
+) -> ShareDifference:
+    pairs = len(first)
+    only_first, only_second = int(np.sum(~first & second)), int(np.sum(first & ~second))
+    # Each of the two may be wrong with half of the remaining probability.
+    level = 0.5 * (1.0 + confidence)
+    lost, won = (exact_interval(found, pairs, level) for found in (only_first, only_second))
+    both, neither = int(np.sum(~first & ~second)), int(np.sum(first & second))
+    ends = won[0] - lost[1], won[1] - lost[0]
+    return ShareDifference(name, one, pairs, only_first, only_second, both, neither, *ends, confidence)
+
+
+def _changes(first: Runner, second: Runner) -> Iterator[str]:
+    """What differs in the two studies, in words."""
+    for name in dict.fromkeys([*first.parameters, *second.parameters]):
+        sides = [runner.parameters.get(name) for runner in (first, second)]
+        if sides[0] != sides[1]:
+            yield f"parameter {name}: {_side(sides[0])} and {_side(sides[1])}"
+    for name in dict.fromkeys([*first.fixed, *second.fixed]):
+        values = [runner.fixed.get(name, "not given") for runner in (first, second)]
+        if values[0] is not values[1] and repr(values[0]) != repr(values[1]):
+            yield f"fixed {name}: {values[0]!r:.60} and {values[1]!r:.60}"
+    if first.settings is not None and second.settings is not None:
+        for name in first.settings.__match_args__:
+            one, other = (getattr(runner.settings, name) for runner in (first, second))
+            if one != other and name not in ("outputs", "features"):
+                yield f"setting {name}: {one!r:.60} and {other!r:.60}"
+        plain = [
+            json.loads(
+                runner.scene({name: side.nominal for name, side in runner.intervals.items()}).to_json()
+            )
+            for runner in (first, second)
+        ]
+        found = list(_leaves(plain[0], plain[1], "scene"))
+        yield from found[:_MOST_NAMED]
+        if len(found) > _MOST_NAMED:
+            yield f"{len(found) - _MOST_NAMED} more numbers and names of the nominal scene"
+
+
+def _side(side: Interval | Distribution | None) -> str:
+    if isinstance(side, Interval):
+        return f"{side.lower:.6g} to {side.upper:.6g}"
+    return "not there" if side is None else repr(side)
+
+
+def _leaves(one: Any, other: Any, path: str) -> Iterator[str]:
+    """Where two nested records differ."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        for key in dict.fromkeys([*one, *other]):
+            yield from _leaves(one.get(key), other.get(key), f"{path}.{key}")
+    elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
+        for index, (left, right) in enumerate(zip(one, other, strict=True)):
+            name = left.get("name") if isinstance(left, dict) else None
+            yield from _leaves(left, right, f"{path}.{name}" if name else f"{path}[{index}]")
+    elif one != other:
+        left, right = (f"{x:.6g}" if isinstance(x, float) else f"{x!r:.60}" for x in (one, other))
+        yield f"{path}: {left} and {right}"

@@ -1,0 +1,109 @@
+"""Two designs in pairs: closed forms of normal differences, exact intervals, what is named as changed."""
+
+import chebclear as cc
+import numpy as np
+import pytest
+from chebclear.designs.contrast import _median_between
+
+
+def shaft(gap, thread, taper=0.0):
+    return {"play": gap - thread - taper}
+
+
+def designs(spread=(0.03, 0.01), mean=(10.1, 10.1), **more):
+    return [
+        cc.Study(shaft, {"gap": cc.normal(m, s), "thread": cc.normal(10.0, 0.02)}, **more)
+        for m, s in zip(mean, spread, strict=True)
+    ]
+
+
+def test_a_shift_of_a_design_is_found_exactly_by_pairs():
+    """The same draws in both: a shift of 5 um is seen under a scatter of 36 um."""
+    found = cc.contrast(*designs((0.03, 0.03), (10.1, 10.105)), runs=20)["play"]
+    np.testing.assert_allclose(found.second - found.first, 0.005, rtol=1e-9)
+    assert found.lower == pytest.approx(0.005) and found.upper == pytest.approx(0.005)
+    assert found.differs and found.smaller == 0.0
+    assert np.ptp(found.first) > 0.05
+
+
+def test_a_wider_tolerance_has_the_same_places():
+    wide, narrow = designs()
+    found = cc.contrast(wide, narrow, runs=400)["play"]
+    # The thread leaves the difference: what remains is two thirds of the deviation of the gap.
+    deviation = np.std(found.second - found.first)
+    assert deviation == pytest.approx(0.02, rel=0.15)
+    assert not found.differs
+
+
+def test_shares_differ_as_the_normal_distribution_says():
+    wide, narrow = designs()
+    limit = {"loose": cc.require("play", above=0.05)}
+    found = cc.contrast(wide, narrow, limit, 2000, rng=3)["loose"]
+    expected = []
+    for spread in (0.03, 0.01):
+        whole = cc.normal(0.1, float(np.hypot(spread, 0.02)))
+        expected.append(1.0 - whole.cdf(0.05))
+    np.testing.assert_allclose(found.shares, expected, atol=0.02)
+    assert found.lower < expected[1] - expected[0] < found.upper
+    assert found.lower > 0.0
+    assert found.only_first + found.only_second + found.both + found.neither == 2000
+    assert found.difference == pytest.approx(found.shares[1] - found.shares[0])
+
+
+def test_intervals_of_medians_hold_them_as_often_as_they_say():
+    rng = np.random.default_rng(8)
+    for count in (6, 25, 60):
+        held = 0
+        for _ in range(400):
+            lower, upper = _median_between(np.sort(rng.exponential(size=count)), 0.9)
+            held += lower <= np.log(2.0) <= upper
+        assert held / 400 >= 0.9 - 2.5 * np.sqrt(0.09 / 400)
+    assert _median_between(np.arange(4.0), 0.95) == (-np.inf, np.inf)
+
+
+def test_mechanisms_are_compared_and_what_differs_is_named():
+    def study(clearance, rod):
+        return cc.Study(
+            cc.mechanisms.slider_crank,
+            {"crank_length": cc.Interval.around(0.05, rel=0.01), "clearance": clearance},
+            features={"peak": cc.features.peak("wrist.normal_force")},
+            fixed={"rod_length": rod},
+            skip=0.03,
+            duration=0.03,
+            samples=31,
+        )
+
+    tight, loose = study(cc.Interval(1e-5, 2e-5), 0.12), study(cc.Interval(2e-5, 4e-5), 0.12)
+    found = cc.contrast(tight, loose, {"reach": cc.require("slider.x", below=0.1702)}, 12)
+    assert found["peak"].unit == "N" and len(found["peak"].first) == 12
+    assert found["reach"].pairs == 12
+    text = "\n".join(found.changes)
+    assert "parameter clearance: 1e-05 to 2e-05 and 2e-05 to 4e-05" in text
+    assert "scene.joints.wrist.clearance: 1.5e-05 and 3e-05" in text
+    # The same mechanisms as the studies themselves would simulate.
+    function = tight.function("peak")
+    again = cc.contrast(tight, tight, runs=12)
+    assert again["peak"].median == 0.0 and again.changes == ()
+    assert function.parameters == ("crank_length", "clearance")
+    other = cc.contrast(tight, study(cc.Interval(1e-5, 2e-5), 0.15), runs=6)
+    assert any(one.startswith("fixed rod_length: 0.12 and 0.15") for one in other.changes)
+    assert "peak" in str(other) and "<table" in other._repr_html_()
+
+
+def test_pictures_and_bad_input():
+    wide, narrow = designs()
+    ax = cc.contrast(wide, narrow, runs=50)["play"].plot()
+    assert ax.get_xlabel() == "change of play"
+    plain = cc.Study(lambda gap: {"size": gap}, {"gap": cc.Interval(10.0, 10.1)})
+    with pytest.raises(ValueError, match="no feature in common"):
+        cc.contrast(wide, plain)
+    with pytest.raises(ValueError, match="runs must be") as caught:
+        cc.contrast(wide, narrow, {"a": cc.require("play", above=0.0)}, 2, confidence=1.5)
+    assert "confidence" in str(caught.value)
+    with pytest.raises(TypeError, match="must be studies"):
+        cc.contrast(wide, "narrow")
+    with pytest.raises(ValueError, match="unknown output or feature"):
+        cc.contrast(wide, narrow, {"a": cc.require("plai", above=0.0)})
+    failing = cc.Study(lambda gap: {"play": gap} if gap < 0.5 else 1 / 0, {"gap": cc.Interval(0.0, 1.0)})
+    found = cc.contrast(failing, failing, {"a": cc.require("play", above=-1.0)}, 40)
+    assert found["a"].neither > 0 and len(found["play"].first) == 40 - found["a"].neither
