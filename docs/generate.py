@@ -70,7 +70,7 @@ GROUPS = {
     "Scene files": "load loads Template Parameter",
     "Runs": "simulate Settings Trajectory load_result animate",
     "Studies": "Study StudyResult Band Surrogate Interval normal lognormal uniform triangular compare "
-    "bifurcation restraint_zones require conformance contrast lost_motion",
+    "bifurcation restraint_zones require conformance contrast lost_motion modes",
     "Trade-offs": "tradeoff study_tradeoff",
     "Errors and warnings": "ChebclearError ChebclearWarning",
 }

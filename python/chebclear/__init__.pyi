@@ -11,7 +11,8 @@ from .base.quantities import (
     Interval as Interval,
     rpm as rpm,
 )
-from .designs.contrast import contrast as contrast
+from .decisions.contrast import contrast as contrast
+from .decisions.modes import modes as modes
 from .errors import (
     ChebclearError as ChebclearError,
     ChebclearWarning as ChebclearWarning,

@@ -99,6 +99,18 @@ class _CalibratedBand(TypedDict):
     error: float | None
     coefficients: NDArray[np.float64] | None
 
+@type_check_only
+class _SmallMotions(TypedDict):
+    accelerations: NDArray[np.float64]
+    by_position: NDArray[np.float64]
+    by_velocity: NDArray[np.float64]
+    closures: NDArray[np.float64]
+    bodies: NDArray[np.float64]
+    poses: list[list[float]]
+    levers: list[float]
+    speed: float
+    length: float
+
 @final
 class Mechanism:
     def __new__(cls, scene: str) -> Mechanism: ...
@@ -109,6 +121,7 @@ class Mechanism:
         progress: Callable[[float], None] | None = None,
         start: str | None = None,
     ) -> _Run: ...
+    def small_motions(self, start: str | None = None) -> _SmallMotions: ...
 
 def flatten(record: object, part: type, named: tuple[type, type]) -> tuple[tuple[Any, ...], bytes]: ...
 def expression_names(text: str) -> list[str] | None: ...

@@ -1,6 +1,7 @@
 """Types of the results, which functions and methods return."""
 
-from .designs.contrast import Contrast, Difference, ShareDifference
+from .decisions.contrast import Contrast, Difference, ShareDifference
+from .decisions.modes import Modes
 from .execution.failures import FailedRun
 from .execution.plan import Plan
 from .run.accuracy import ErrorEstimate
@@ -52,6 +53,7 @@ __all__ = [
     "Lognormal",
     "LostMotion",
     "Margin",
+    "Modes",
     "Normal",
     "Notice",
     "Plan",

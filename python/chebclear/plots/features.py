@@ -26,7 +26,7 @@ from .subjects import is_a, require
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..designs.contrast import Difference
+    from ..decisions.contrast import Difference
     from ..study.features.effects import Effects
     from ..study.features.features import FeatureResult
     from ..study.features.ranking import Ranking

@@ -15,6 +15,7 @@ use crate::mechanism::compiled::Mechanism;
 use crate::run::outputs::{column_names, further_column_names};
 use crate::run::restart::Restart;
 use crate::run::settings::read_settings;
+use crate::run::small_motions::small_motions;
 use crate::run::tolerances::default_impact_velocity_floors;
 use crate::run::trajectory::{Contact, Event, Notice, columns, record};
 use crate::scene::reader::read_scene;
@@ -73,6 +74,31 @@ impl CompiledMechanism {
             "branch": mechanism.branch,
         });
         description.to_string()
+    }
+
+    /// The mechanism linearized about its start, or about the end of a run (JSON).
+    #[pyo3(signature = (start=None))]
+    fn small_motions<'py>(&self, py: Python<'py>, start: Option<&str>) -> PyResult<Bound<'py, PyDict>> {
+        let mechanism = &self.mechanism;
+        let start = start.map(Restart::from_json).transpose().map_err(|error| input_error(py, error))?;
+        let found = small_motions(mechanism, start.as_ref()).map_err(|error| input_error(py, error))?;
+        let d = mechanism.degrees_of_freedom();
+        let result = PyDict::new(py);
+        result.set_item("accelerations", found.linear.a.into_pyarray(py))?;
+        for (name, matrix) in [
+            ("by_position", found.linear.a_q),
+            ("by_velocity", found.linear.a_v),
+            ("closures", found.closures),
+            ("bodies", found.bodies),
+        ] {
+            let rows = matrix.len().checked_div(d).unwrap_or(0);
+            result.set_item(name, matrix.into_pyarray(py).reshape([rows, d])?)?;
+        }
+        result.set_item("poses", found.poses)?;
+        result.set_item("levers", mechanism.scales.levers.clone())?;
+        result.set_item("speed", mechanism.scales.speed)?;
+        result.set_item("length", mechanism.scales.length)?;
+        Ok(result)
     }
 
     /// Simulates with settings (JSON), from the end of another run (JSON) if one is given.

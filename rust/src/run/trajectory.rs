@@ -211,7 +211,7 @@ fn collected(
 }
 
 /// Whether a run may continue where another ended.
-fn check_restart(mechanism: &Mechanism, restart: &Restart) -> Result<(), InputError> {
+pub(crate) fn check_restart(mechanism: &Mechanism, restart: &Restart) -> Result<(), InputError> {
     let Memory { phases, contacts, turns, work } = &restart.memory;
     let d = mechanism.degrees_of_freedom();
     let joints = mechanism.slots.len();

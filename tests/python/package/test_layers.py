@@ -31,7 +31,7 @@ PYTHON_ROOMS = [
     "study",
     "templates",
     "tradeoffs",
-    "designs",
+    "decisions",
     "laws",
     "motions",
     "features",

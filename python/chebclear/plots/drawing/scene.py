@@ -6,7 +6,7 @@ All sizes are in meters of the drawing and scale with the mechanism, so the pict
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -44,6 +44,9 @@ _ROUNDS = 4
 # Type is made smaller where the labels would leave the mechanism less than this share of the axes.
 _SCALES, _LEAST_SHARE = (1.0, 0.85, 0.7), 0.7
 _LABELED_MARGIN = 0.05
+
+# Opacity of the positions behind the first.
+_FADED = 0.25
 
 MOST_EXAGGERATED = 1e6
 """Largest factor of clearances [-]: a micrometer is then as wide as a meter."""
@@ -132,6 +135,32 @@ def plot_scene(
     draw_gravity(ax, pose.scene)
     if labels:
         _label_parts(ax, pen)
+    return ax
+
+
+def plot_poses(scene: Scene, poses: Sequence[Array], *, ax: Axes | None = None) -> Axes:
+    """Draw a mechanism in several positions: the first plainly, the others faded behind it.
+
+    Parameters
+    ----------
+    scene : Scene
+        The mechanism.
+    poses : sequence of ndarray, shape (bodies, 3)
+        Position x, y [m] and angle [rad] of the frame of each body.
+    ax : Axes, optional
+        Where to draw; a new figure if not given.
+
+    Returns
+    -------
+    Axes
+    """
+    ax = new_axes(ax)
+    for place, pose in enumerate(poses):
+        for artist in put_on(ax, strokes_of(Pose(scene, pose)).strokes):
+            if place:
+                artist.set_alpha(_FADED)  # type: ignore[attr-defined]
+                artist.set_zorder(0.5)  # type: ignore[attr-defined]
+    _frame(ax)
     return ax
 
 

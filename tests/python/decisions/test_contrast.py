@@ -3,7 +3,7 @@
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear.designs.contrast import _median_between
+from chebclear.decisions.contrast import _median_between
 
 
 def shaft(gap, thread, taper=0.0):

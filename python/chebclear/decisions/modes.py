@@ -1,0 +1,224 @@
+"""Natural frequencies and modes of a mechanism about a state, by the exact derivatives of accelerations."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.arguments import Checks
+from ..base.prefixes import format_quantity
+from ..base.shown import Shown
+from ..base.units import unit
+from ..errors import ArgumentError, ArgumentTypeError, warn
+from ..report import html
+from ..report.document import Table
+from ..run.trajectory import EndState
+from ..scene.scene import Scene, compiled
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+# Acceleration, relative to the square of the speed over the size, up to which a state is at rest.
+_AT_REST = 1e-6
+# Singular value of the closures, relative to the largest, below which a direction is free.
+_FREE = 1e-9
+# Eigenvalue, relative to the largest, that is a rounding error: the motion is neither pulled back nor away.
+_NEUTRAL = 1e-9
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Modes(Shown):
+    """Small free motions about a state; see `modes`.
+
+    Attributes
+    ----------
+    frequencies : Array
+        Natural frequency of each mode that oscillates, ascending [Hz], shape (modes,).
+    damping : Array
+        Damping ratio of each [-]: 1 is critical; negative ones grow.
+    shapes : Array
+        How each body moves in each mode, complex: changes of x, y [m] and angle [rad] of its frame, scaled so
+        that the largest displacement at the size of the mechanism is 1, shape (modes, bodies, 3).
+    decays : Array
+        Rates of the motions that do not oscillate [1/s]; positive ones grow, shape (decays,).
+    bodies : tuple[str, ...]
+        Names of the bodies.
+    poses : Array
+        Position x, y [m] and angle [rad] of each, shape (bodies, 3).
+    at_rest : bool
+        Whether the state is an equilibrium; else the modes are those of an instant.
+    scene : Scene
+        The mechanism.
+    """
+
+    frequencies: Array = field(metadata=unit("Hz"))
+    damping: Array = field(metadata=unit("-"))
+    shapes: NDArray[np.complex128]
+    decays: Array = field(metadata=unit("1/s"))
+    bodies: tuple[str, ...]
+    poses: Array
+    at_rest: bool
+    scene: Scene
+
+    def __len__(self) -> int:
+        return len(self.frequencies)
+
+    @property
+    def table(self) -> Table:
+        """One row for each mode: frequency, damping, and the body that moves most."""
+        rows = []
+        for index, (frequency, ratio) in enumerate(zip(self.frequencies, self.damping, strict=True)):
+            sizes = np.abs(self.shapes[index]).max(axis=1)
+            rows.append(
+                [
+                    str(index + 1),
+                    format_quantity(float(frequency), "Hz", 4),
+                    f"{float(frequency) * 60.0:.4g}",
+                    f"{100.0 * float(ratio):.3g} %",
+                    self.bodies[int(np.argmax(sizes))] if len(sizes) else "-",
+                ]
+            )
+        head = ["mode", "frequency", "in r/min", "damping", "moves most"]
+        return Table("Natural frequencies", head, rows)
+
+    def __repr__(self) -> str:
+        return f"<Modes: {len(self)} of {len(self.bodies)} bodies>"
+
+    def __str__(self) -> str:
+        lines = [f"{'at rest' if self.at_rest else 'at an instant of a motion'}: {len(self)} modes"]
+        for row in self.table.rows:
+            lines.append(f"  {row[0]}: {row[1]} ({row[2]} r/min), damping {row[3]}, {row[4]} moves most")
+        growing = int(np.count_nonzero(self.decays > 0.0))
+        if growing:
+            lines.append(f"  unstable: {growing} motion{'s' if growing > 1 else ''} without oscillation grow")
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return html.fragment(repr(self)[1:-1], [self.table])
+
+    def plot(self, mode: int = 1, *, ax: Axes | None = None, size: float = 0.1) -> Axes:
+        """Draw a mode: the mechanism, and its two extreme positions.
+
+        Parameters
+        ----------
+        mode : int
+            Number of the mode, from 1 on [-].
+        ax : Axes, optional
+            Where to draw; a new figure if not given.
+        size : float
+            Largest displacement that is drawn, relative to the size of the mechanism [-].
+        """
+        from ..plots.drawing.scene import plot_poses
+
+        checks = Checks()
+        index = checks.whole("mode", mode, least=1, most=max(1, len(self))) - 1
+        checks.real("size", size, "-", above=0.0)
+        checks.finish()
+        if not len(self):
+            raise ArgumentError("there is no mode: nothing oscillates")
+        shape = self.shapes[index].real
+        return plot_poses(
+            self.scene, [self.poses, self.poses + size * shape, self.poses - size * shape], ax=ax
+        )
+
+
+def modes(scene: Scene, state: EndState | None = None) -> Modes:
+    """Natural frequencies, damping and shapes of small free motions of a mechanism.
+
+    They follow from the exact derivatives of the accelerations, with all loops closed. At the start of a
+    scene its contacts are open; at the end of a run they are as they are there: let a run come to rest to
+    have them closed under their load. Drives hold their coordinates.
+
+    Parameters
+    ----------
+    scene : Scene
+        The mechanism.
+    state : EndState, optional
+        The end of a run of it, ``run.end``; its start if not given.
+
+    Returns
+    -------
+    Modes
+
+    Raises
+    ------
+    ValueError, TypeError
+        If the state is of another mechanism or nothing can move freely.
+    SceneError
+        If the scene cannot be simulated.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> block = cc.Body("block", mass=2.0, inertia=1.0)
+    >>> rail = cc.Prismatic("rail", "ground", "block", axis=(1.0, 0.0))
+    >>> spring = cc.Spring("spring", "ground.far", "block", stiffness=200.0, length=1.0)
+    >>> scene = cc.Scene([block], [rail], [spring], ground={"far": (-1.0, 0.0)})
+    >>> print(cc.modes(scene))
+    at rest: 1 modes
+      1: 1.592 Hz (95.49 r/min), damping 0 %, block moves most
+    """
+    if not isinstance(scene, Scene):
+        raise ArgumentTypeError(f"scene must be a Scene, got {scene!r:.80}")
+    if state is not None and not isinstance(state, EndState):
+        raise ArgumentTypeError(f"state must be the end of a run, run.end, got {state!r:.80}")
+    mechanism = compiled(scene)
+    found = mechanism.small_motions(None if state is None else state.memory)
+    free = _free_directions(found["closures"], found["levers"])
+    if free.shape[1] == 0:
+        raise ArgumentError("the drives prescribe the whole motion: nothing moves freely")
+    count = free.shape[1]
+    reduced = [np.linalg.pinv(free) @ found[name] @ free for name in ("by_position", "by_velocity")]
+    matrix = np.block([[np.zeros((count, count)), np.eye(count)], reduced])
+    values, vectors = np.linalg.eig(matrix)
+    scale = found["speed"] / found["length"] if found["speed"] > 0.0 else float(np.abs(values).max())
+    levers = np.asarray(found["levers"])
+    limit = _AT_REST * scale**2 * found["length"]
+    at_rest = bool(np.all(np.abs(found["accelerations"]) * levers <= limit))
+    if not at_rest:
+        warn("the state is no equilibrium: the modes are those of an instant, not of a rest position")
+    # Rounding splits a double zero into roots of a rounding error.
+    neutral = math.sqrt(_NEUTRAL) * max(float(np.abs(values).max()), scale)
+    oscillating = [k for k, value in enumerate(values) if value.imag > neutral]
+    oscillating.sort(key=lambda k: abs(values[k]))
+    chosen = values[oscillating]
+    bodies = tuple(body.name for body in scene.bodies)
+    moved = (found["bodies"] @ free).astype(complex) @ vectors[:count]
+    shapes = [_shape(moved[:, k], found["length"]) for k in oscillating]
+    return Modes(
+        np.abs(chosen) / (2.0 * np.pi),
+        -chosen.real / np.abs(chosen) + 0.0,  # no -0
+        np.array(shapes, dtype=complex).reshape(len(oscillating), len(bodies), 3),
+        np.sort(values.real[(np.abs(values.imag) <= neutral) & (np.abs(values.real) > neutral)]),
+        bodies,
+        np.array(found["poses"]).reshape(len(bodies), 3),
+        at_rest,
+        scene,
+    )
+
+
+def _free_directions(closures: Array, levers: list[float]) -> Array:
+    """Directions of the coordinates in which all loops stay closed, shape (coordinates, directions)."""
+    # In displacements of points, so that angles and lengths count alike.
+    weights = np.array([1.0 / lever if lever > 0.0 else 1.0 for lever in levers])
+    if not len(closures):
+        return np.diag(weights)
+    _, values, rows = np.linalg.svd(closures * weights)
+    rank = int(np.count_nonzero(values > _FREE * values.max()))
+    free: Array = weights[:, None] * rows[rank:].T
+    return free
+
+
+def _shape(moved: NDArray[np.complex128], length: float) -> NDArray[np.complex128]:
+    """A shape whose largest displacement, with angles at the size of the mechanism, is that size and real."""
+    by_body = moved.reshape(-1, 3)
+    sizes = by_body * np.array([1.0, 1.0, length])
+    largest = sizes.ravel()[int(np.argmax(np.abs(sizes)))]
+    scaled: NDArray[np.complex128] = by_body * (length / largest)
+    return scaled
