@@ -65,8 +65,9 @@ def features_page() -> str:
 
 
 GROUPS = {
-    "Scenes": "Scene Body Revolute Prismatic Fixed ClearanceRevolute ClearancePrismatic PinInSlot Stop Spring Damper Bushing "
-    "TorsionSpring TorsionDamper Force Torque Gravity JointStart BodyStart ClearanceStart GuideStart rpm",
+    "Scenes": "Scene Body Revolute Prismatic Fixed ClearanceRevolute ClearancePrismatic PinInSlot Stop "
+    "Spring Damper Bushing TorsionSpring TorsionDamper Force Torque Gravity JointStart BodyStart "
+    "ClearanceStart GuideStart rpm",
     "Scene files": "load loads Template Parameter",
     "Runs": "simulate Settings Trajectory load_result animate",
     "Studies": "Study StudyResult Band Surrogate Interval normal lognormal uniform triangular compare "

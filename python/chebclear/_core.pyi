@@ -58,6 +58,7 @@ class _Run(TypedDict):
     message: str
     time: float
     joint: str | None
+    load: str | None
     stats: dict[str, Any]
     events: _Events
     contacts: _Contacts

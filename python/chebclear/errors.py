@@ -146,10 +146,12 @@ class SimulationError(ChebclearError, RuntimeError):
         Parameters of the run, if it was one of a study [SI units].
     message : str
         What happened in words, with the time and such a joint.
+    load : str, optional
+        Name of the force, torque or spring that could not be followed further, if it is known to be one.
 
     Attributes
     ----------
-    reason, time, joint, parameters, message
+    reason, time, joint, parameters, message, load
         As above.
     trajectory : Trajectory or None
         What was computed until then, if the run was a single simulation; samples after `time` are NaN.
@@ -162,15 +164,17 @@ class SimulationError(ChebclearError, RuntimeError):
         joint: str | None = None,
         parameters: Mapping[str, float] | None = None,
         message: str = "",
+        load: str | None = None,
     ) -> None:
         self.reason = reason
         self.time = time
         self.joint = joint
         self.parameters = None if parameters is None else dict(parameters)
         self.message = message
+        self.load = load
         # A Trajectory; not typed as one, since errors import no other room.
         self.trajectory: Any = None
-        super().__init__(reason, time, joint, self.parameters, message)
+        super().__init__(reason, time, joint, self.parameters, message, load)
 
     def __str__(self) -> str:
         where = "" if self.joint is None else f', joint "{self.joint}"'

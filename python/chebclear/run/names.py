@@ -1,10 +1,15 @@
-"""Suggestions for names of outputs that do not exist."""
+"""Columns by their names, with suggestions for names of outputs that do not exist."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from ..base.arguments import did_you_mean, meant_or_known
+from ..errors import UnknownNameError
+
+if TYPE_CHECKING:
+    from ..scene.scene import Scene
 
 _VELOCITIES = (
     ("vx", "vy"),
@@ -85,3 +90,14 @@ def output_meant(name: object, columns: Sequence[str]) -> str:
         return meant_or_known(name, own, most=40)
     owners = list(dict.fromkeys(column.rpartition(".")[0] or column for column in columns))
     return f"; there are outputs of {', '.join(owners)}" if owners else "; there is none"
+
+
+def column_index(columns: Sequence[str], name: str, scene: Scene | None = None) -> int:
+    """Index of a column; a KeyError that suggests the nearest name of the scene if there is none."""
+    if isinstance(name, str) and name in columns:
+        return columns.index(name)
+    known = () if scene is None else scene.check().columns + scene.check().further_columns
+    if isinstance(name, str) and name in known:
+        raise UnknownNameError(f'"{name}" was not recorded: add it to outputs=')
+    hint = near_output(name, columns) or output_meant(name, known or columns)
+    raise UnknownNameError(f'unknown column "{name}"{hint}')

@@ -133,7 +133,11 @@ def simulate(
     issue(one for one in trajectory.notices if one.code != SCENE)
     if not trajectory.success and on_failure == "raise":
         failure = SimulationError(
-            trajectory.status, trajectory.end_time, trajectory.joint, message=trajectory.message
+            trajectory.status,
+            trajectory.end_time,
+            trajectory.joint,
+            message=trajectory.message,
+            load=trajectory.failed_load,
         )
         failure.trajectory = trajectory
         raise failure
@@ -186,6 +190,7 @@ def run_scene(
         message=run["message"],
         end_time=run["time"],
         joint=run["joint"],
+        failed_load=run["load"],
         notices=Notice.of_core(run["notices"]),
         settings=settings,
         scene=scene,

@@ -21,13 +21,12 @@ from ..base.shown import Shown
 from ..base.units import unit
 from ..data.dataset import Dataset
 from ..data.exports import Exports
-from ..errors import UnknownNameError
 from ..scene.scene import Scene
 from .accuracy import ErrorEstimate
 from .contacts import Contacts, Events
 from .dataset import common_facts, run_dataset
 from .features import EXTREMA, Extremum, Feature
-from .names import near_output, output_meant
+from .names import column_index
 from .notices import Notice, WithNotices, as_plain
 from .settings import Settings, checked_settings, require_features
 from .tracking import settling_time, simulate_features
@@ -162,6 +161,8 @@ class Trajectory(WithNotices, records.ArrayRecord, Exports, Named[Array]):
         Time at which the simulation ended [s].
     joint : str | None
         The clearance joint whose change of contact could not be located or exceeded the allowed number.
+    failed_load : str | None
+        The force, torque or tension that the run could not follow further.
     notices : tuple[Notice, ...]
         Warnings of the run.
     settings : Settings
@@ -192,6 +193,7 @@ class Trajectory(WithNotices, records.ArrayRecord, Exports, Named[Array]):
     message: str
     end_time: float = field(metadata=unit("s"))
     joint: str | None
+    failed_load: str | None
     notices: tuple[Notice, ...]
     settings: Settings
     scene: Scene
@@ -421,6 +423,7 @@ class Trajectory(WithNotices, records.ArrayRecord, Exports, Named[Array]):
             "end": None if self.end is None else self.end.memory,
             "start": self.start,
             "joint": self.joint,
+            "failed_load": self.failed_load,
             "notices": as_plain(self.notices),
             "settings": dataclasses.asdict(self.settings),
             "scene": json.loads(self.scene.to_json()),
@@ -479,20 +482,10 @@ class Trajectory(WithNotices, records.ArrayRecord, Exports, Named[Array]):
                 message=facts["message"],
                 end_time=facts["end_time"],
                 joint=facts["joint"],
+                failed_load=facts["failed_load"],
                 notices=Notice.from_plain(facts["notices"]),
                 settings=Settings.from_dict(facts["settings"]),
                 scene=scene,
                 error=error,
             )
             return records.sound(found, samples=(len(found.t), len(columns)))
-
-
-def column_index(columns: Sequence[str], name: str, scene: Scene | None = None) -> int:
-    """Index of a column; a KeyError that suggests the nearest name of the scene if there is none."""
-    if isinstance(name, str) and name in columns:
-        return columns.index(name)
-    known = () if scene is None else scene.check().columns + scene.check().further_columns
-    if isinstance(name, str) and name in known:
-        raise UnknownNameError(f'"{name}" was not recorded: add it to outputs=')
-    hint = near_output(name, columns) or output_meant(name, known or columns)
-    raise UnknownNameError(f'unknown column "{name}"{hint}')

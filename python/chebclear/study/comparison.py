@@ -23,7 +23,7 @@ from ..data.dataset import Dataset, numbered
 from ..data.exports import Exports
 from ..report import html
 from ..report.document import Items, Table
-from ..run.trajectory import column_index
+from ..run.names import column_index
 from ..scene.scene import Interval
 from .band.band import Band
 from .results import StudyResult

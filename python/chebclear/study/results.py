@@ -25,9 +25,10 @@ from ..execution.counts import Costs
 from ..execution.failures import FailedRun, count_failed
 from ..report import html
 from ..run.dataset import common_facts
+from ..run.names import column_index
 from ..run.notices import Notice, WithNotices
 from ..run.settings import Settings
-from ..run.trajectory import Stats, column_index
+from ..run.trajectory import Stats
 from ..scene.scene import Interval, Scene
 from .band.band import Band
 from .band.calibrated import Requirement, calibrated_bands, statement

@@ -25,9 +25,10 @@ from ..errors import ArgumentTypeError, UnknownNameError
 from ..report import html
 from ..report.document import Table
 from ..run.accuracy import HORIZON_PART
+from ..run.names import column_index
 from ..run.notices import Notice, WithNotices, as_plain
 from ..run.settings import Settings
-from ..run.trajectory import Stats, column_index
+from ..run.trajectory import Stats
 from ..scene.columns import column_unit
 from ..scene.scene import Scene
 from . import recommendation as recommend

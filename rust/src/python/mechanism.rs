@@ -144,6 +144,7 @@ impl CompiledMechanism {
         result.set_item("message", run.message())?;
         result.set_item("time", run.time)?;
         result.set_item("joint", &run.joint)?;
+        result.set_item("load", &run.load)?;
         result.set_item("notices", notices(&run.warnings))?;
         result.set_item("columns", &run.columns)?;
         result.set_item("events", events_dict(py, mechanism, &run.events)?)?;

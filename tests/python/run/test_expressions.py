@@ -257,6 +257,8 @@ class TestTables:
             cc.errors.SimulationError, match=r'outside_table.*load "push".*block\.x = 2\.0000'
         ) as caught:
             cc.simulate(block(cc.Force("push", "block.P", x=table, y=0.0), x=0.0), duration=2.0, samples=11)
+        assert caught.value.load == "push" and caught.value.joint is None
+        assert caught.value.trajectory.failed_load == "push"
         # x'' = 2 + 5 x from rest at 0
         assert caught.value.time == pytest.approx(
             math.acosh(0.2 * 5.0 / 2.0 + 1.0) / math.sqrt(5.0), rel=1e-3

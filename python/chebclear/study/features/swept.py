@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.named import Named
+from ...run.names import column_index
 from ...run.settings import Settings
 from ...run.simulation import run_scene
-from ...run.trajectory import Stats, Trajectory, column_index
+from ...run.trajectory import Stats, Trajectory
 from ...scene.scene import Scene
 
 Array = NDArray[np.float64]
