@@ -49,6 +49,15 @@ def outputs_page() -> str:
             rows.setdefault(f"{kinds[owner]}.{kind}", column_unit(name))
         elif owner == "energy":
             rows.setdefault(name, column_unit(name))
+    block = cc.Body("block", 1.0, 1.0)
+    contact = cc.laws.Hertz(1e9)
+    guide = cc.ClearancePrismatic("guide", "ground", "block", (1.0, 0.0), 0.1, 0.05, 1e-3, contact)
+    for name in cc.Scene([block], [guide]).check().columns:
+        owner, _, kind = name.partition(".")
+        if owner == "guide":
+            shown = kind.replace("front_left", "CORNER")
+            if "left" not in shown and "right" not in shown:
+                rows.setdefault(f"GUIDE.{shown}", column_unit(name))
     body = "\n".join(f"| `{name}` | {unit or '-'} |" for name, unit in rows.items())
     return f"| output | unit |\n|---|---|\n{body}\n"
 

@@ -24,6 +24,7 @@ _WORDS = {
     "Tradeoff": "a Tradeoff, as tradeoff returns it",
     "StudyTradeoff": "a StudyTradeoff, as study_tradeoff returns it",
     "Share": 'the share of a specification, such as conformance(...)["stroke"]',
+    "Difference": 'a feature of two designs, such as contrast(...)["peak force"]',
     "LostMotion": "a LostMotion, as lost_motion returns it",
     "Bifurcation": "a Bifurcation, as bifurcation returns it",
 }

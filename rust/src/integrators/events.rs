@@ -103,7 +103,8 @@ impl EventFinder {
         start.iter().zip(end).any(|(a, b)| {
             let margin = h * a.rate.abs().max(b.rate.abs());
             let margin = if margin.is_nan() { (a.value - b.value).abs() + a.margin } else { margin };
-            let at_rest = [a, b].iter().all(|guard| guard.value == 0.0 && !(guard.rate.abs() > 0.0));
+            let at_rest =
+                [a, b].iter().all(|guard| guard.value == 0.0 && (guard.rate == 0.0 || guard.rate.is_nan()));
             let clear = a.value > margin && b.value > margin || at_rest;
             // True also where a value is not a number.
             !clear

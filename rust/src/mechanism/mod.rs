@@ -10,4 +10,5 @@ mod conditions;
 mod immovable;
 mod nearest;
 mod scales;
+pub mod small_motions;
 mod vector_loops;

@@ -12,14 +12,14 @@ use super::arrays::{new_array, sample_times};
 use super::{abandoned_on_signal, input_error, stats, wait_for};
 use crate::dynamics::Dynamics;
 use crate::mechanism::compiled::Mechanism;
+use crate::mechanism::small_motions::small_motions;
 use crate::run::outputs::{column_names, further_column_names};
 use crate::run::restart::Restart;
 use crate::run::settings::read_settings;
-use crate::run::small_motions::small_motions;
 use crate::run::tolerances::default_impact_velocity_floors;
-use crate::run::trajectory::{Contact, Event, Notice, columns, record};
+use crate::run::trajectory::{Contact, Event, Notice, check_restart, columns, record};
 use crate::scene::reader::read_scene;
-use crate::tree::elements::{BodyPlacement, ContactSlot};
+use crate::tree::elements::{BodyPlacement, ContactSlot, State};
 
 /// Length of a scene in text [bytes] from which it may take longer to compile than to start a thread.
 const LONG: usize = 20_000;
@@ -81,7 +81,17 @@ impl CompiledMechanism {
     fn small_motions<'py>(&self, py: Python<'py>, start: Option<&str>) -> PyResult<Bound<'py, PyDict>> {
         let mechanism = &self.mechanism;
         let start = start.map(Restart::from_json).transpose().map_err(|error| input_error(py, error))?;
-        let found = small_motions(mechanism, start.as_ref()).map_err(|error| input_error(py, error))?;
+        let found = match &start {
+            None => {
+                let dynamics = Dynamics::new(mechanism);
+                small_motions(mechanism, 0.0, &mechanism.start, (&dynamics.phases, &dynamics.turns))
+            }
+            Some(end) => check_restart(mechanism, end).and_then(|()| {
+                let state = State { q: end.q.clone(), v: end.v.clone() };
+                small_motions(mechanism, end.time, &state, (&end.memory.phases, &end.memory.turns))
+            }),
+        };
+        let found = found.map_err(|error| input_error(py, error))?;
         let d = mechanism.degrees_of_freedom();
         let result = PyDict::new(py);
         result.set_item("accelerations", found.linear.a.into_pyarray(py))?;

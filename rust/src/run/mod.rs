@@ -9,7 +9,6 @@ mod prescribed;
 pub mod restart;
 mod samples;
 pub mod settings;
-pub mod small_motions;
 mod system;
 pub mod tolerances;
 mod tracking;

@@ -1,11 +1,12 @@
 //! Small motions about a state: the exact derivatives of the accelerations, the closures, and how bodies move with the
 //! coordinates. In: a mechanism and a state; out: matrices, from which modes follow.
 
+use crate::contact::pair::Phase;
 use crate::dynamics::{Dynamics, Linearization};
 use crate::error::{InputError, Subject};
 use crate::mechanism::compiled::Mechanism;
-use crate::run::restart::Restart;
-use crate::run::trajectory::check_restart;
+use crate::numerics::turns::Turns;
+use crate::tree::elements::State;
 
 /// A mechanism linearized about a state.
 #[derive(Clone, Debug, Default)]
@@ -20,24 +21,25 @@ pub struct SmallMotions {
     pub poses: Vec<[f64; 3]>,
 }
 
-/// Linearizes a mechanism at its start, or at the end of a run with its contacts as they are.
+/// Linearizes a mechanism in a state at an instant [s], with the contacts in these phases and the full turns that were
+/// subtracted from its coordinates.
 ///
 /// # Errors
-/// A state of another mechanism, or one without accelerations.
-pub fn small_motions(mechanism: &Mechanism, state: Option<&Restart>) -> Result<SmallMotions, InputError> {
+/// A state without accelerations.
+pub fn small_motions(
+    mechanism: &Mechanism,
+    t: f64,
+    State { q, v }: &State,
+    (phases, turns): (&[Phase], &[Turns]),
+) -> Result<SmallMotions, InputError> {
     let d = mechanism.degrees_of_freedom();
     let mut dynamics = Dynamics::new(mechanism);
-    let (mut t, mut q, mut v) = (0.0, mechanism.start.q.clone(), mechanism.start.v.clone());
-    if let Some(restart) = state {
-        check_restart(mechanism, restart)?;
-        (t, q, v) = (restart.time, restart.q.clone(), restart.v.clone());
-        dynamics.phases.clone_from(&restart.memory.phases);
-        dynamics.turns.clone_from(&restart.memory.turns);
-    }
-    dynamics.move_to(t, &q, &v);
+    dynamics.phases.copy_from_slice(phases);
+    dynamics.turns.copy_from_slice(turns);
+    dynamics.move_to(t, q, v);
     dynamics.settle_switches();
     let mut linear = Linearization::new(d);
-    if !dynamics.linearize(t, &q, &v, &mut linear) {
+    if !dynamics.linearize(t, q, v, &mut linear) {
         return Err(Subject::Start.error("state", "has no accelerations: a loop passes a dead center"));
     }
     let mut closures = Vec::new();
@@ -48,7 +50,7 @@ pub fn small_motions(mechanism: &Mechanism, state: Option<&Restart>) -> Result<S
         }
     }
     let places = |dynamics: &mut Dynamics, v: &[f64]| -> Vec<[f64; 3]> {
-        dynamics.move_to(t, &q, v);
+        dynamics.move_to(t, q, v);
         let bodies = mechanism.bodies.iter().map(|body| {
             let frame = dynamics.frame(body.frame);
             let velocity = frame.point(body.origin).velocity;
