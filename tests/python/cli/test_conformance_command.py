@@ -164,3 +164,22 @@ def test_what_is_missing_is_told(file, capsys):
     file.write_text(FILE.replace(', distribution = "normal"', "").replace(', distribution = "uniform"', ""))
     assert run(file, "--quiet") == 2
     assert "no parameter has a distribution" in capsys.readouterr().err
+
+
+def test_two_files_are_contrasted(file, tmp_path, capsys):
+    second = tmp_path / "stiffer.toml"
+    second.write_text(FILE.replace("limits = [90, 110]", "limits = [95, 115]"), encoding="utf-8")
+    folder = tmp_path / "found"
+    words = ["contrast", str(file), str(second), "--runs", "30", "--quiet", "--out", str(folder)]
+    assert cli.main(words) == 0
+    printed = capsys.readouterr().out
+    assert "differs: parameter stiffness" in printed and printed.startswith("reach:")
+    names = {path.name for path in folder.iterdir()}
+    assert {"contrast.txt", "features.csv", "requirements.csv", "speed.png"} <= names
+    assert cli.main([*words[:-2], "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    # The same blocks on stiffer springs are faster, each of them.
+    (speed,) = found["features"]
+    assert speed["feature"] == "speed" and speed["smaller in"] == 0.0 and speed["at least"] > 0.0
+    assert [row["requirement"] for row in found["shares"]] == ["reach", "fast"]
+    assert cli.main([*words[:-2], "--plan"]) == 0

@@ -328,3 +328,23 @@ def test_guides_in_files_and_words(tmp_path):
     """
     run = cc.loads(text).simulate()
     assert run["guide.offset"].min() == pytest.approx(-5e-5, rel=0.5)
+
+
+def test_a_rod_jams_in_its_sleeve_and_a_pin_touches_one_side():
+    a, b = LENGTH / 2, HEIGHT / 2
+    tilt = np.arccos(b / np.hypot(a, b + CLEARANCE)) - np.arctan2(a, b + CLEARANCE)
+    scene = block_scene(STIFF, cc.GuideStart("guide", tilt=tilt), corners="a")
+    run = cc.simulate(scene, duration=1e-9, samples=2)
+    touching = {corner: run[f"guide.{corner}.penetration"][0] for corner in CORNERS}
+    # The other pair of corners than in a guide: the sleeve tilts against the rod.
+    assert abs(touching["front_left"]) < 1e-16 and abs(touching["rear_right"]) < 1e-16
+    assert touching["front_right"] == pytest.approx(-2 * a * np.sin(tilt), rel=1e-12)
+    law, depth = cc.laws.Hertz(1e8), 2e-4
+    slot = cc.PinInSlot("slot", "ground", "pin", (0.0, 2.0), 0.01, CLEARANCE, law)
+    start = [cc.GuideStart("slot", offset=CLEARANCE + depth, displacement=0.3)]
+    run = cc.simulate(cc.Scene([cc.Body("pin", 1.0, 1e-3)], [slot], start=start), duration=1e-9, samples=2)
+    # The axis is that of y: its left is towards -x.
+    assert run["pin.x"][0] == pytest.approx(-CLEARANCE - depth) and run["pin.y"][0] == pytest.approx(0.3)
+    assert run["slot.left.normal_force"][0] == pytest.approx(1e8 * depth**1.5, rel=1e-9)
+    assert run["slot.reaction_x"][0] == pytest.approx(1e8 * depth**1.5, rel=1e-9)
+    assert run["slot.right.contact"][0] == 0.0

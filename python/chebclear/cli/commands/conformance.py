@@ -1,18 +1,23 @@
-"""``chebclear conformance``: the share of mechanisms that keep to the requirements of a file."""
+"""``chebclear conformance`` and ``contrast``: shares in specification of a file, and two designs in pairs."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from ...base.writing import complete_folder, file_name
-from ...study.requirements.conformance import Conformance
+from ...decisions.contrast import Difference, contrast as compare_designs
+from ...study.requirements.conformance import Share
+from ...templates.reader import load
+from ...templates.template import Template
 from ..bands import EXIT_NOT_MET, share_rows
 from ..figures import DPI
 from ..options import Commands, add_means, add_out, add_scene, add_settings, count, new_command, positive
 from ..output import print_json, require_writable, write_table
 from ..plans import plan_of
-from ..scenes import progress_of, settings_of, template_of
+from ..scenes import changes_of, progress_of, settings_of, template_of
 
 
 def add(commands: Commands) -> None:
@@ -57,6 +62,38 @@ def add(commands: Commands) -> None:
     add_settings(command, outputs=False)
     add_out(command, "conformance.txt, the table of shares (md, csv, json) and a PNG for every requirement")
     add_means(command)
+    _add_contrast(commands)
+
+
+def _add_contrast(commands: Commands) -> None:
+    command = new_command(
+        commands,
+        "contrast",
+        contrast,
+        "whether the design of a second file is better, and by how much",
+        "Simulate the same mechanisms in the designs of two files: parameters of one name take the same "
+        "places of their distributions. Print how features and the requirements of the first file differ, "
+        "with exact intervals, and what differs in the two files.",
+        "chebclear contrast press.toml longer_guide.toml --runs 200",
+    )
+    add_scene(command)
+    command.add_argument("second", type=Path, metavar="SECOND", help="scene file of the second design")
+    command.add_argument(
+        "--runs", type=count, default=200, metavar="N", help="pairs of mechanisms (default: %(default)s)"
+    )
+    command.add_argument(
+        "--confidence",
+        type=positive,
+        default=0.95,
+        metavar="X",
+        help="probability that an interval holds the true value [-] (default: %(default)s)",
+    )
+    command.add_argument(
+        "--seed", dest="rng", type=count, default=0, metavar="N", help="seed of the draws (0)"
+    )
+    add_settings(command, outputs=False)
+    add_out(command, "contrast.txt, the table of features (md, csv, json) and a PNG for each")
+    add_means(command)
 
 
 def conformance(options: argparse.Namespace) -> int:
@@ -68,14 +105,7 @@ def conformance(options: argparse.Namespace) -> int:
             '{ of = "slider.x", below = "170.1 mm" }'
         )
     require_writable(options.out)
-    means = {
-        **settings_of(template, options),
-        "threads": options.threads,
-        "store": options.store,
-        "run_seconds": options.run_seconds,
-        "max_seconds": options.max_seconds,
-        "progress": progress_of(options),
-    }
+    means = _means(template, options)
     sides = sum(one.interval is not None and one.distribution is None for one in template.parameters.values())
     # The nominal values of what is only an interval, and all corners.
     places = 1 + 2**sides if sides else 1
@@ -103,8 +133,81 @@ def conformance(options: argparse.Namespace) -> int:
     return EXIT_NOT_MET if poor else 0
 
 
-def _draw(found: Conformance, folder: Path) -> None:
-    """A picture for every requirement."""
+def contrast(options: argparse.Namespace) -> int:
+    """Run the command."""
+    templates = [template_of(options), load(options.second, changes=changes_of(options))]
+    require_writable(options.out)
+    studies = []
+    for place, template in zip(("first", "second"), templates, strict=True):
+        means = _means(template, options)
+        # A store is that of one study.
+        studies.append(template.study(**means | {"store": options.store and options.store / place}))
+    if options.plan:
+        plan_of(studies[0], "sample", {"runs": max(2, options.runs)}, options)
+        return 0
+    found = compare_designs(
+        studies[0],
+        studies[1],
+        templates[0].requirements or None,
+        options.runs,
+        confidence=options.confidence,
+        rng=options.rng,
+    )
+    rows = [
+        {
+            "feature": name,
+            "unit": one.unit,
+            "difference": one.median,
+            "at least": one.lower,
+            "at most": one.upper,
+            "smaller in": one.smaller,
+            "pairs": len(one.first),
+        }
+        for name, one in found.features.items()
+    ]
+    shares = [
+        {
+            "requirement": name,
+            "first": one.shares[0],
+            "second": one.shares[1],
+            "difference": one.difference,
+            "at least": one.lower,
+            "at most": one.upper,
+            "pairs": one.pairs,
+        }
+        for name, one in found.requirements.items()
+    ]
+    if options.out is not None:
+        with complete_folder(options.out) as folder:
+            if rows:
+                write_table(rows, folder, "features")
+            if shares:
+                write_table(shares, folder, "requirements")
+            (folder / "contrast.txt").write_text(f"{found}\n", encoding="utf-8")
+            _draw(found.features, folder)
+    if options.json:
+        print_json({"features": rows, "shares": shares, "changes": found.changes, "seed": found.seed})
+    else:
+        print(found)
+        if options.out is not None:
+            print(f"wrote    {options.out / 'contrast.txt'} and more beside it")
+    return 0
+
+
+def _means(template: Template, options: argparse.Namespace) -> dict[str, Any]:
+    """Keywords of a study of the file."""
+    return {
+        **settings_of(template, options),
+        "threads": options.threads,
+        "store": options.store,
+        "run_seconds": options.run_seconds,
+        "max_seconds": options.max_seconds,
+        "progress": progress_of(options),
+    }
+
+
+def _draw(found: Mapping[str, Share] | Mapping[str, Difference], folder: Path) -> None:
+    """A picture for every requirement or feature."""
     from matplotlib.figure import Figure
 
     for name, one in found.items():
