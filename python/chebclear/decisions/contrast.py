@@ -60,7 +60,7 @@ class Difference(Shown):
     smaller : float
         Share of the pairs in which the second is smaller [-].
     smaller_between : tuple[float, float]
-        Interval of that share `[ClopperPearson1934]` [-].
+        Interval of that share, exact as Clopper and Pearson's [-].
     confidence : float
         Probability that an interval holds the true value [-].
     """

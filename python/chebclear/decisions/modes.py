@@ -58,7 +58,7 @@ class Modes(Shown):
     """
 
     frequencies: Array = field(metadata=unit("Hz"))
-    damping: Array = field(metadata=unit("-"))
+    damping: Array
     shapes: NDArray[np.complex128]
     decays: Array = field(metadata=unit("1/s"))
     bodies: tuple[str, ...]
