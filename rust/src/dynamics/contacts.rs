@@ -95,13 +95,8 @@ impl Dynamics<'_> {
     /// The same without accelerations, as the contact law needs it.
     #[inline(always)]
     pub(super) fn contact_motion(&self, slot: &ContactSlot) -> RelativeMotion<f64> {
-        self.motion_between(slot, &self.slot_ends(slot))
-    }
-
-    #[inline(always)]
-    fn motion_between(&self, slot: &ContactSlot, ends: &[PointState; 2]) -> RelativeMotion<f64> {
         match slot.law.surfaces {
-            Surfaces::Bearing { .. } => self.motion_in_bearing(slot, ends),
+            Surfaces::Bearing { .. } => self.motion_in_bearing(slot, &self.slot_ends(slot)),
             Surfaces::Face(_) => relative_motion(&self.motion_at_face(slot)),
         }
     }

@@ -43,16 +43,7 @@ def add(commands: Commands) -> None:
         metavar="N",
         help="end once so many mechanisms are outside of every requirement (default: make all runs)",
     )
-    command.add_argument(
-        "--confidence",
-        type=positive,
-        default=0.95,
-        metavar="X",
-        help="probability that an interval holds the true share [-] (default: %(default)s)",
-    )
-    command.add_argument(
-        "--seed", dest="rng", type=count, default=0, metavar="N", help="seed of the draws (0)"
-    )
+    _add_chance(command, "share")
     command.add_argument(
         "--least",
         type=positive,
@@ -81,19 +72,24 @@ def _add_contrast(commands: Commands) -> None:
     command.add_argument(
         "--runs", type=count, default=200, metavar="N", help="pairs of mechanisms (default: %(default)s)"
     )
+    _add_chance(command, "value")
+    add_settings(command, outputs=False)
+    add_out(command, "contrast.txt, the table of features (md, csv, json) and a PNG for each")
+    add_means(command)
+
+
+def _add_chance(command: argparse.ArgumentParser, held: str) -> None:
+    """Options of what is drawn and how sure the intervals are; ``held`` is what an interval holds."""
     command.add_argument(
         "--confidence",
         type=positive,
         default=0.95,
         metavar="X",
-        help="probability that an interval holds the true value [-] (default: %(default)s)",
+        help=f"probability that an interval holds the true {held} [-] (default: %(default)s)",
     )
     command.add_argument(
         "--seed", dest="rng", type=count, default=0, metavar="N", help="seed of the draws (0)"
     )
-    add_settings(command, outputs=False)
-    add_out(command, "contrast.txt, the table of features (md, csv, json) and a PNG for each")
-    add_means(command)
 
 
 def conformance(options: argparse.Namespace) -> int:
