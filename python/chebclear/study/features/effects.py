@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial import legendre
 from numpy.random import default_rng
 from numpy.typing import NDArray
 
+from ... import _core
 from ...base import files as records
 from ...errors import ArgumentError
 from ..polynomials.points import even_points
@@ -146,38 +147,18 @@ class _Fit(NamedTuple):
         return np.asarray(self.orthogonal @ (self.orthogonal.T @ values))
 
 
-def powers_up_to(parameters: int, degree: int) -> NDArray[np.int64]:
-    """Degrees in each parameter of all terms up to a total degree, shape (terms, parameters)."""
-
-    def rows(left: int, count: int) -> Iterator[tuple[int, ...]]:
-        if count == 0:
-            yield ()
-            return
-        for first in range(left + 1):
-            for rest in rows(left - first, count - 1):
-                yield (first, *rest)
-
-    return np.array(sorted(rows(degree, parameters), key=lambda row: (sum(row), row)), dtype=np.int64)
-
-
 def legendre_terms(points: Array, powers: NDArray[np.int64], derivative: int | None = None) -> Array:
     """Products of Legendre polynomials at points of the cube [-1, 1]^k, shape (points, terms).
 
-    They are orthonormal under the uniform distribution. With `derivative` they are differentiated with
-    respect to that parameter.
+    They are orthonormal under the uniform distribution, so that squares of coefficients are variances. With
+    `derivative` they are differentiated with respect to that parameter.
     """
     most = int(powers.max(initial=0))
-    values = np.ones((most + 1, *points.shape))
-    slopes = np.zeros((most + 1, *points.shape))
-    for n in range(1, most + 1):
-        before = values[n - 2] if n > 1 else np.zeros(points.shape)
-        values[n] = ((2 * n - 1) * points * values[n - 1] - (n - 1) * before) / n
-        slopes[n] = n * values[n - 1] + points * slopes[n - 1]
-    norms = np.sqrt(2.0 * np.arange(most + 1) + 1.0)[:, None, None]
+    norms = np.sqrt(2.0 * np.arange(most + 1) + 1.0)
     terms = np.ones((len(points), len(powers)))
-    for axis in range(points.shape[1]):
-        table = norms * (slopes if axis == derivative else values)
-        terms *= table[powers[:, axis], :, axis].T
+    for axis, own in enumerate(powers.T):
+        coefficients = np.diag(norms) if axis != derivative else legendre.legder(np.diag(norms))
+        terms *= (legendre.legvander(points[:, axis], len(coefficients) - 1) @ coefficients)[:, own]
     return terms
 
 
@@ -190,7 +171,7 @@ def fits_of(points: Array) -> list[_Fit]:
         if count > _TERMS_PART * runs or runs - count < LEAST_FREE:
             break
         counts.append(count)
-    powers = powers_up_to(parameters, len(counts) - 1)
+    powers = np.array(_core.total_degree_exponents(parameters, len(counts) - 1))
     basis = legendre_terms(points, powers)
     # Terms are in the order of their degrees: the leading columns of one factorization are those of each.
     orthogonal, triangle = np.linalg.qr(basis)
