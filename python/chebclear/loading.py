@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import TypeAlias
+from typing import TypeAlias, get_args
 
 from .base.files import kind_of
 from .errors import ArgumentError
@@ -16,14 +16,7 @@ from .tradeoffs.result import Tradeoff
 
 Saved: TypeAlias = Trajectory | StudyResult | Tradeoff | StudyTradeoff | Bifurcation | Comparison
 
-_CLASSES: dict[str, type[Saved]] = {
-    "bifurcation": Bifurcation,
-    "comparison": Comparison,
-    "trajectory": Trajectory,
-    "study": StudyResult,
-    "study tradeoff": StudyTradeoff,
-    "tradeoff": Tradeoff,
-}
+_CLASSES = {kind.kind_of_file: kind for kind in get_args(Saved)}
 
 
 def load_result(path: str | os.PathLike[str]) -> Saved:
@@ -58,4 +51,5 @@ def load_result(path: str | os.PathLike[str]) -> Saved:
     kind = kind_of(path)
     if kind not in _CLASSES:
         raise ArgumentError(f"{os.fspath(path)} holds a {kind}, which is none of {', '.join(_CLASSES)}")
-    return _CLASSES[kind].load(path)
+    found: Saved = _CLASSES[kind].load(path)
+    return found

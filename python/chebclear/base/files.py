@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tokenize import TokenError
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias, TypeVar
 from zipfile import BadZipFile, ZipFile
 from zlib import error as ZlibError
 
@@ -72,48 +72,6 @@ class Stacked:
 _BLOCK = 1_000_000
 
 
-def save(
-    path: str | os.PathLike[str],
-    kind: str,
-    arrays: Mapping[str, NDArray[Any] | Stacked],
-    facts: Mapping[str, Any],
-) -> Path:
-    """Write arrays and facts to one file.
-
-    It is not compressed: samples of impacts shrink by a tenth, which takes ten times as long as writing them.
-
-    Parameters
-    ----------
-    path : path
-        The file; ``.npz`` is appended if it is missing.
-    kind : str
-        Kind of the content.
-    arrays : mapping of str to ndarray or Stacked
-        The arrays.
-    facts : mapping
-        Values that JSON can represent. Format number and versions are added.
-
-    Returns
-    -------
-    Path
-        The file written.
-    """
-    path = named(path)
-    if path.suffix != ".npz":
-        path = path.with_name(path.name + ".npz")
-    versions = {
-        "chebclear": package_version(),
-        "numpy": np.__version__,
-        "python": platform.python_version(),
-        "platform": platform.platform(),
-    }
-    with replaced(path) as beside, ZipFile(beside, "w") as archive:
-        members = {name: _write_member(archive, name, array) for name, array in arrays.items()}
-        metadata = {"format": FORMAT, "kind": kind, "versions": versions, "members": members, **facts}
-        _write_member(archive, "metadata", np.array(json.dumps(_as_json(metadata), allow_nan=False)))
-    return path
-
-
 def _write_member(archive: ZipFile, name: str, array: NDArray[Any] | Stacked) -> str:
     """Write an array as `numpy.savez` does; its fingerprint."""
     with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
@@ -157,28 +115,6 @@ def _from_json(plain: dict[str, Any]) -> Any:
 
 DAMAGE = (ValueError, EOFError, OSError, RuntimeError, SyntaxError, TokenError, BadZipFile, ZlibError)
 """Exceptions of numpy and zipfile for unreadable content of a file that is open."""
-
-
-@contextmanager
-def loaded(
-    path: str | os.PathLike[str], kind: str
-) -> Iterator[tuple[dict[str, NDArray[Any]], dict[str, Any]]]:
-    """Arrays and facts that `save` wrote, for a block that makes the result of them.
-
-    Raises
-    ------
-    ValueError
-        If the file holds something else, is damaged, or was written by a later version; also if the block can
-        make nothing of what it says.
-    """
-    arrays, facts = _load(path, kind)
-    try:
-        yield arrays, facts
-    except (ValueError, LookupError, TypeError, AttributeError, OverflowError, RecursionError) as error:
-        # Of a file wrong types and names are damage; what else the package says of it stands.
-        if isinstance(error, ChebclearError) and isinstance(error, ValueError):
-            raise
-        raise ArgumentError(f"{os.fspath(path)} is no sound {kind}: {error}") from error
 
 
 def sound(record: Record, **shapes: tuple[int, ...]) -> Record:
@@ -416,3 +352,89 @@ class ArrayRecord(Shown):
 
     def __eq__(self, other: object) -> bool:
         return same(self, other) if type(other) is type(self) else NotImplemented
+
+
+Contents: TypeAlias = tuple[Mapping[str, "NDArray[Any] | Stacked"], Mapping[str, Any]]
+"""Arrays of a file, and values that JSON can represent."""
+
+
+class Saved(ArrayRecord):
+    """A result that one file holds: a class says what goes into it, and what is made of that."""
+
+    kind_of_file: ClassVar[str]
+    """What files of the class say that they hold."""
+
+    def __init_subclass__(cls, *, kind: str, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        cls.kind_of_file = kind
+
+    def _contents(self) -> Contents:
+        raise NotImplementedError
+
+    @classmethod
+    def _from_contents(cls, arrays: Mapping[str, Any], facts: Mapping[str, Any]) -> Self:
+        raise NotImplementedError
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write everything to one ``.npz`` file.
+
+        Parameters
+        ----------
+        path : path
+            The file; ``.npz`` is appended if it is missing.
+
+        Returns
+        -------
+        Path
+            The file written.
+        """
+        # Not compressed: samples of impacts shrink by a tenth, which takes ten times as long as writing them.
+        arrays, facts = self._contents()
+        path = named(path)
+        if path.suffix != ".npz":
+            path = path.with_name(path.name + ".npz")
+        versions = {
+            "chebclear": package_version(),
+            "numpy": np.__version__,
+            "python": platform.python_version(),
+            "platform": platform.platform(),
+        }
+        with replaced(path) as beside, ZipFile(beside, "w") as archive:
+            members = {name: _write_member(archive, name, array) for name, array in arrays.items()}
+            metadata = {
+                "format": FORMAT,
+                "kind": self.kind_of_file,
+                "versions": versions,
+                "members": members,
+                **facts,
+            }
+            _write_member(archive, "metadata", np.array(json.dumps(_as_json(metadata), allow_nan=False)))
+        return path
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Self:
+        """Read what `save` wrote.
+
+        Parameters
+        ----------
+        path : path
+            The file.
+
+        Returns
+        -------
+        same class
+            The result that was saved.
+
+        Raises
+        ------
+        ValueError
+            If the file holds something else, is damaged, or was written by a later version.
+        """
+        arrays, facts = _load(path, cls.kind_of_file)
+        try:
+            return cls._from_contents(arrays, facts)
+        except (ValueError, LookupError, TypeError, AttributeError, OverflowError, RecursionError) as error:
+            # Of a file wrong types and names are damage; what else the package says of it stands.
+            if isinstance(error, ChebclearError) and isinstance(error, ValueError):
+                raise
+            raise ArgumentError(f"{os.fspath(path)} is no sound {cls.kind_of_file}: {error}") from error

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, Self, overload
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -128,7 +128,7 @@ class EndState:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(WithNotices, records.ArrayRecord, Exports, Named[Array]):
+class Trajectory(WithNotices, records.Saved, Exports, Named[Array], kind="trajectory"):
     """The result of one simulation: ``run["slider.x"]`` is a column, ``run["slider.*"]`` a dict of columns.
 
     A mapping from the names of the columns to views of shape (samples,): ``in``, ``len``, ``keys()``,
@@ -395,19 +395,7 @@ class Trajectory(WithNotices, records.ArrayRecord, Exports, Named[Array]):
 
         return html.write(run_document(self, outputs, title), path)
 
-    def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write everything to one ``.npz`` file.
-
-        Parameters
-        ----------
-        path : path
-            The file; ``.npz`` is appended if it is missing.
-
-        Returns
-        -------
-        Path
-            The file written.
-        """
+    def _contents(self) -> records.Contents:
         arrays = {"t": self.t, "values": self.samples}
         arrays |= {f"events_{name}": array for name, array in vars(self.events).items()}
         arrays |= {f"contacts_{name}": array for name, array in vars(self.contacts).items()}
@@ -431,61 +419,44 @@ class Trajectory(WithNotices, records.ArrayRecord, Exports, Named[Array]):
         if self.error is not None:
             arrays |= {f"error_{name}": getattr(self.error, name) for name in _ERROR_ARRAYS}
             facts["error"] = {name: getattr(self.error, name) for name in _ERROR_FACTS}
-        return records.save(path, "trajectory", arrays, facts)
+        return arrays, facts
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Trajectory:
-        """Read what `save` wrote.
+    def _from_contents(cls, arrays: Mapping[str, Any], facts: Mapping[str, Any]) -> Self:
+        scene = Scene.from_json(json.dumps(facts["scene"]))
+        columns, error = tuple(facts["columns"]), None
+        if "error" in facts:
+            known = {name: arrays[f"error_{name}"] for name in _ERROR_ARRAYS}
+            error = ErrorEstimate(columns=columns, **(facts["error"] | known))
 
-        Parameters
-        ----------
-        path : path
-            The file.
+        def table(kind: type, prefix: str) -> Any:
+            names = [item.name for item in dataclasses.fields(kind)]
+            if f"{prefix}_{names[0]}" not in arrays:  # an older file, without tables of the skipped time
+                return kind(
+                    **{name: arrays[f"{prefix.removeprefix('skipped_')}_{name}"][:0] for name in names}
+                )
+            return kind(**{name: arrays[f"{prefix}_{name}"] for name in names})
 
-        Returns
-        -------
-        Trajectory
-
-        Raises
-        ------
-        ValueError
-            If the file holds something else.
-        """
-        with records.loaded(path, "trajectory") as (arrays, facts):
-            scene = Scene.from_json(json.dumps(facts["scene"]))
-            columns, error = tuple(facts["columns"]), None
-            if "error" in facts:
-                known = {name: arrays[f"error_{name}"] for name in _ERROR_ARRAYS}
-                error = ErrorEstimate(columns=columns, **(facts["error"] | known))
-
-            def table(kind: type, prefix: str) -> Any:
-                names = [item.name for item in dataclasses.fields(kind)]
-                if f"{prefix}_{names[0]}" not in arrays:  # an older file, without tables of the skipped time
-                    return kind(
-                        **{name: arrays[f"{prefix.removeprefix('skipped_')}_{name}"][:0] for name in names}
-                    )
-                return kind(**{name: arrays[f"{prefix}_{name}"] for name in names})
-
-            found = cls(
-                t=arrays["t"],
-                columns=columns,
-                samples=arrays["values"],
-                events=table(Events, "events"),
-                contacts=table(Contacts, "contacts"),
-                skipped_events=table(Events, "skipped_events"),
-                skipped_contacts=table(Contacts, "skipped_contacts"),
-                features=arrays.get("features", np.empty((1, 0))),
-                start=facts.get("start"),
-                end=None if facts["end"] is None else EndState(facts["end"], scene),
-                stats=Stats.from_dict(facts["stats"]),
-                status=facts["status"],
-                message=facts["message"],
-                end_time=facts["end_time"],
-                joint=facts["joint"],
-                failed_load=facts["failed_load"],
-                notices=Notice.from_plain(facts["notices"]),
-                settings=Settings.from_dict(facts["settings"]),
-                scene=scene,
-                error=error,
-            )
-            return records.sound(found, samples=(len(found.t), len(columns)))
+        found = cls(
+            t=arrays["t"],
+            columns=columns,
+            samples=arrays["values"],
+            events=table(Events, "events"),
+            contacts=table(Contacts, "contacts"),
+            skipped_events=table(Events, "skipped_events"),
+            skipped_contacts=table(Contacts, "skipped_contacts"),
+            features=arrays.get("features", np.empty((1, 0))),
+            start=facts.get("start"),
+            end=None if facts["end"] is None else EndState(facts["end"], scene),
+            stats=Stats.from_dict(facts["stats"]),
+            status=facts["status"],
+            message=facts["message"],
+            end_time=facts["end_time"],
+            joint=facts["joint"],
+            failed_load=facts["failed_load"],
+            notices=Notice.from_plain(facts["notices"]),
+            settings=Settings.from_dict(facts["settings"]),
+            scene=scene,
+            error=error,
+        )
+        return records.sound(found, samples=(len(found.t), len(columns)))

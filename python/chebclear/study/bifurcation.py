@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Unpack
+from typing import TYPE_CHECKING, Any, Literal, Self, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,7 +39,7 @@ _ARRAYS = ("values", "samples", "period")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Bifurcation(Exports, records.ArrayRecord):
+class Bifurcation(Exports, records.Saved, kind="bifurcation"):
     """A bifurcation diagram: an output sampled once per period, for every value of a parameter.
 
     Attributes
@@ -106,48 +104,19 @@ class Bifurcation(Exports, records.ArrayRecord):
         known = np.isfinite(self.samples).all(axis=1)
         return np.where(known, 1 + jumps.sum(axis=1), 0)
 
-    def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write everything to one ``.npz`` file.
-
-        Parameters
-        ----------
-        path : path
-            Where to; ``.npz`` is appended if it is missing.
-
-        Returns
-        -------
-        Path
-            The file written.
-        """
+    def _contents(self) -> records.Contents:
         arrays = {name: getattr(self, name) for name in _ARRAYS}
         facts = {"parameter": self.parameter, "output": self.output, "skipped": self.skipped}
-        return records.save(path, "bifurcation", arrays, facts)
+        return arrays, facts
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Bifurcation:
-        """Read what `save` wrote.
-
-        Parameters
-        ----------
-        path : path
-            The file.
-
-        Returns
-        -------
-        Bifurcation
-
-        Raises
-        ------
-        ValueError
-            If the file holds something else, is damaged, or was written by a later version.
-        """
-        with records.loaded(path, "bifurcation") as (arrays, facts):
-            fields = {name: facts[name] for name in ("parameter", "output", "skipped")}
-            found = cls(**fields | {name: arrays[name] for name in _ARRAYS})
-            count = len(found.values)
-            return records.sound(
-                found, values=(count,), samples=(count, found.samples.shape[-1]), period=(count,)
-            )
+    def _from_contents(cls, arrays: Mapping[str, Any], facts: Mapping[str, Any]) -> Self:
+        fields = {name: facts[name] for name in ("parameter", "output", "skipped")}
+        found = cls(**fields | {name: arrays[name] for name in _ARRAYS})
+        count = len(found.values)
+        return records.sound(
+            found, values=(count,), samples=(count, found.samples.shape[-1]), period=(count,)
+        )
 
     def plot(self, *, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw the diagram; see `plot_bifurcation` for the options."""

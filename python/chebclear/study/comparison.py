@@ -5,11 +5,9 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,7 +69,7 @@ _FIELDS = tuple(item.name for item in dataclasses.fields(BoundErrors))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Comparison(files.ArrayRecord, Named[BoundErrors], Exports):
+class Comparison(files.Saved, Named[BoundErrors], Exports, kind="comparison"):
     """Comparison of two studies; ``comparison["slider.vx"]`` holds the `BoundErrors` of that output.
 
     Its exports have a row for each output. The unit of the widths is in a column of its own, since every
@@ -118,45 +116,16 @@ class Comparison(files.ArrayRecord, Named[BoundErrors], Exports):
         span: dict[str, str | int | float] = {"start": self.start, "end": self.end}
         return dataclasses.replace(data, facts=span | {"differences": "\n".join(self.differences)})
 
-    def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write everything to one ``.npz`` file.
-
-        Parameters
-        ----------
-        path : path
-            Where to; ``.npz`` is appended if it is missing.
-
-        Returns
-        -------
-        Path
-            The file written.
-        """
+    def _contents(self) -> files.Contents:
         rows = {name: dataclasses.asdict(row) for name, row in self.errors.items()}
         facts = {"errors": rows, "start": self.start, "end": self.end, "differences": self.differences}
-        return files.save(path, "comparison", {}, facts)
+        return {}, facts
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Comparison:
-        """Read what `save` wrote.
-
-        Parameters
-        ----------
-        path : path
-            The file.
-
-        Returns
-        -------
-        Comparison
-
-        Raises
-        ------
-        ValueError
-            If the file holds something else, is damaged, or was written by a later version.
-        """
-        with files.loaded(path, "comparison") as (_, facts):
-            errors = {name: BoundErrors(**row) for name, row in facts["errors"].items()}
-            differences = tuple(facts.get("differences", ()))
-            return files.sound(cls(errors, facts["start"], facts["end"], differences))
+    def _from_contents(cls, _: Mapping[str, Any], facts: Mapping[str, Any]) -> Self:
+        errors = {name: BoundErrors(**row) for name, row in facts["errors"].items()}
+        differences = tuple(facts.get("differences", ()))
+        return files.sound(cls(errors, facts["start"], facts["end"], differences))
 
     def _repr_html_(self) -> str:
         table = Table("Differences between the bounds", *self._cells())

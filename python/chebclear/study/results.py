@@ -9,7 +9,7 @@ import os
 from collections.abc import Mapping, Sequence, ValuesView
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, overload
+from typing import Any, Self, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +49,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StudyResult(WithNotices, records.ArrayRecord, Exports, Named[Band]):
+class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"):
     """The bands of all outputs of a study; ``result["slider.vx"]`` is the `Band` of that output.
 
     A mapping from the names of the outputs to their bands: ``in``, ``len``, ``keys()``, ``items()`` and
@@ -319,7 +319,7 @@ class StudyResult(WithNotices, records.ArrayRecord, Exports, Named[Band]):
         failures: tuple[FailedRun, ...] = (),
         units: Mapping[str, str] | None = None,
         **facts: Any,
-    ) -> StudyResult:
+    ) -> Self:
         """The result from the values of all runs.
 
         Parameters
@@ -422,71 +422,40 @@ class StudyResult(WithNotices, records.ArrayRecord, Exports, Named[Band]):
         """
         return html.write(study_document(self, title, conformance), path)
 
-    def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write everything to one ``.npz`` file.
-
-        Parameters
-        ----------
-        path : path
-            The file; ``.npz`` is appended if it is missing.
-
-        Returns
-        -------
-        Path
-            The file written.
-        """
+    def _contents(self) -> records.Contents:
         empty = np.empty((len(self.parameters) + 1, len(self.t), 0))
         parts = list(zip(*map(self._tables, self.bands), strict=True))
         values = records.Stacked(parts) if self.bands else empty
         arrays = {"t": self.t, "values": values, "parameters": self.parameters}
-        return records.save(path, "study", arrays | more_arrays(self), facts_of(self))
+        return arrays | more_arrays(self), facts_of(self)
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> StudyResult:
-        """Read what `save` wrote; the mechanism is not needed.
-
-        Parameters
-        ----------
-        path : path
-            The file.
-
-        Returns
-        -------
-        StudyResult
-
-        Raises
-        ------
-        ValueError
-            If the file holds something else.
-        """
-        with records.loaded(path, "study") as (arrays, facts):
-            intervals = {name: Interval(*numbers) for name, numbers in facts["intervals"].items()}
-            found = cls.from_runs(
-                arrays["t"],
-                facts["outputs"],
-                arrays["values"],
-                intervals,
-                arrays["parameters"],
-                kind=facts.get("kind_of_study"),
-                features=FeatureTable.of_file(arrays, facts, intervals)
-                if "features" in facts
-                else NO_FEATURES,
-                degrees=None if facts["degrees"] is None else tuple(facts["degrees"]),
-                nodes=tuple(facts["nodes"]),
-                bounds=facts["bounds"],
-                requirement=Requirement.from_dict(facts.get("requirement")),
-                stats=Costs.joined([[Stats.from_dict(one) for one in facts["stats"]]]),
-                notices=Notice.from_plain(facts["notices"]),
-                settings=None if facts["settings"] is None else Settings.from_dict(facts["settings"]),
-                scene=None if facts["scene"] is None else Scene.from_json(json.dumps(facts["scene"])),
-                nominal_parameters=arrays.get("nominal_parameters"),
-                seconds=facts.get("seconds", math.nan),
-                worst_cases=tuple(WorstCase(**case) for case in facts.get("worst_cases", ())),
-                failures=tuple(map(FailedRun.from_dict, facts.get("failures", ()))),
-                units=facts.get("units"),
-                seed=facts.get("seed"),
-                spec=StudySpec.from_facts(facts["spec"]) if facts.get("spec") is not None else None,
-            )
-            if not found.bands and not found.features:
-                raise ValueError("it has neither outputs nor features")
-            return records.sound(found)
+    def _from_contents(cls, arrays: Mapping[str, Any], facts: Mapping[str, Any]) -> Self:
+        intervals = {name: Interval(*numbers) for name, numbers in facts["intervals"].items()}
+        found = cls.from_runs(
+            arrays["t"],
+            facts["outputs"],
+            arrays["values"],
+            intervals,
+            arrays["parameters"],
+            kind=facts.get("kind_of_study"),
+            features=FeatureTable.of_file(arrays, facts, intervals) if "features" in facts else NO_FEATURES,
+            degrees=None if facts["degrees"] is None else tuple(facts["degrees"]),
+            nodes=tuple(facts["nodes"]),
+            bounds=facts["bounds"],
+            requirement=Requirement.from_dict(facts.get("requirement")),
+            stats=Costs.joined([[Stats.from_dict(one) for one in facts["stats"]]]),
+            notices=Notice.from_plain(facts["notices"]),
+            settings=None if facts["settings"] is None else Settings.from_dict(facts["settings"]),
+            scene=None if facts["scene"] is None else Scene.from_json(json.dumps(facts["scene"])),
+            nominal_parameters=arrays.get("nominal_parameters"),
+            seconds=facts.get("seconds", math.nan),
+            worst_cases=tuple(WorstCase(**case) for case in facts.get("worst_cases", ())),
+            failures=tuple(map(FailedRun.from_dict, facts.get("failures", ()))),
+            units=facts.get("units"),
+            seed=facts.get("seed"),
+            spec=StudySpec.from_facts(facts["spec"]) if facts.get("spec") is not None else None,
+        )
+        if not found.bands and not found.features:
+            raise ValueError("it has neither outputs nor features")
+        return records.sound(found)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,7 +104,7 @@ class StudyRecommendation(records.ArrayRecord):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StudyTradeoff(WithNotices, records.ArrayRecord, Exports):
+class StudyTradeoff(WithNotices, records.Saved, Exports, kind="study tradeoff"):
     """Accuracy against cost of the bounds of a study.
 
     The reference is the hull of all runs together: an inner bound, whose quality `reference_change` shows.
@@ -287,63 +287,34 @@ class StudyTradeoff(WithNotices, records.ArrayRecord, Exports):
                 columns[f"{name} {output}"] = [float(getattr(point, name)[index]) for point in self.points]
         return columns
 
-    def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write everything to one ``.npz`` file.
-
-        Parameters
-        ----------
-        path : path
-            Where to; ``.npz`` is appended if it is missing.
-
-        Returns
-        -------
-        Path
-            The file written.
-        """
+    def _contents(self) -> records.Contents:
         arrays = {name: np.stack([getattr(point, name) for point in self.points]) for name in _BY_OUTPUT}
         arrays |= {name: getattr(self, name) for name in ("reference_width", "reference_change")}
         facts = {name: getattr(self, name) for name in ("outputs", "holdout", "reference_runs")}
         facts["notices"] = as_plain(self.notices)
         points = [{name: getattr(point, name) for name in _BY_POINT} for point in self.points]
-        return records.save(path, "study tradeoff", arrays, facts | {"points": points})
+        return arrays, facts | {"points": points}
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> StudyTradeoff:
-        """Read what `save` wrote.
-
-        Parameters
-        ----------
-        path : path
-            The file.
-
-        Returns
-        -------
-        StudyTradeoff
-
-        Raises
-        ------
-        ValueError
-            If the file holds something else, is damaged, or was written by a later version.
-        """
-        with records.loaded(path, "study tradeoff") as (arrays, facts):
-            points = tuple(
-                StudyTradeoffPoint(**point, **{name: arrays[name][index] for name in _BY_OUTPUT})
-                for index, point in enumerate(facts["points"])
-            )
-            outputs = tuple(facts["outputs"])
-            for point in points:
-                records.sound(point, **dict.fromkeys(_BY_OUTPUT, (len(outputs),)))
-            found = cls(
-                outputs=outputs,
-                points=points,
-                holdout=facts["holdout"],
-                reference_runs=facts["reference_runs"],
-                reference_width=arrays["reference_width"],
-                reference_change=arrays["reference_change"],
-                notices=Notice.from_plain(facts["notices"]),
-            )
-            by_output = (len(outputs),)
-            return records.sound(found, reference_width=by_output, reference_change=by_output)
+    def _from_contents(cls, arrays: Mapping[str, Any], facts: Mapping[str, Any]) -> Self:
+        points = tuple(
+            StudyTradeoffPoint(**point, **{name: arrays[name][index] for name in _BY_OUTPUT})
+            for index, point in enumerate(facts["points"])
+        )
+        outputs = tuple(facts["outputs"])
+        for point in points:
+            records.sound(point, **dict.fromkeys(_BY_OUTPUT, (len(outputs),)))
+        found = cls(
+            outputs=outputs,
+            points=points,
+            holdout=facts["holdout"],
+            reference_runs=facts["reference_runs"],
+            reference_width=arrays["reference_width"],
+            reference_change=arrays["reference_change"],
+            notices=Notice.from_plain(facts["notices"]),
+        )
+        by_output = (len(outputs),)
+        return records.sound(found, reference_width=by_output, reference_change=by_output)
 
     def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
         """Write a report: one HTML file that needs no network and runs no scripts.

@@ -9,7 +9,7 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,7 +46,7 @@ _SHOWN = 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tradeoff(WithNotices, records.ArrayRecord, Exports):
+class Tradeoff(WithNotices, records.Saved, Exports, kind="tradeoff"):
     """Accuracy against cost of one scene; ``result["rodas4", 1e-6]`` is that `TradeoffPoint`.
 
     Errors are differences from the run `reference`. Its own error is estimated by `check`, a run of another
@@ -374,19 +374,7 @@ class Tradeoff(WithNotices, records.ArrayRecord, Exports):
         """
         return html.write(tradeoff_document(self, title), path)
 
-    def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write everything to one ``.npz`` file.
-
-        Parameters
-        ----------
-        path : path
-            Where to; ``.npz`` is appended if it is missing.
-
-        Returns
-        -------
-        Path
-            The file written.
-        """
+    def _contents(self) -> records.Contents:
         runs = [*self.points, self.reference, self.check]
         arrays = {
             "t": self.t,
@@ -405,52 +393,35 @@ class Tradeoff(WithNotices, records.ArrayRecord, Exports):
             "settings": dataclasses.asdict(self.settings),
             "scene": json.loads(self.scene.to_json()),
         }
-        return records.save(path, "tradeoff", arrays, facts)
+        return arrays, facts
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Tradeoff:
-        """Read what `save` wrote.
-
-        Parameters
-        ----------
-        path : path
-            The file.
-
-        Returns
-        -------
-        Tradeoff
-
-        Raises
-        ------
-        ValueError
-            If the file holds something else.
-        """
-        with records.loaded(path, "tradeoff") as (arrays, facts):
-            *points, reference, check = (
-                TradeoffPoint(
-                    **{**run, "stats": Stats.from_dict(run["stats"])},
-                    horizon=arrays["horizon"][index],
-                    growth=arrays["growth"][index],
-                )
-                for index, run in enumerate(facts["runs"])
+    def _from_contents(cls, arrays: Mapping[str, Any], facts: Mapping[str, Any]) -> Self:
+        *points, reference, check = (
+            TradeoffPoint(
+                **{**run, "stats": Stats.from_dict(run["stats"])},
+                horizon=arrays["horizon"][index],
+                growth=arrays["growth"][index],
             )
-            outputs, t = tuple(facts["outputs"]), arrays["t"]
-            for point in (*points, reference, check):
-                records.sound(point, horizon=(len(outputs),), growth=(len(outputs), len(t)))
-                if not 0.0 < point.rtol < math.inf:
-                    raise ValueError(f"rtol {point.rtol} is no tolerance")
-            found = cls(
-                outputs=outputs,
-                ranges=arrays["ranges"],
-                t=t,
-                points=tuple(points),
-                reference=reference,
-                check=check,
-                notices=Notice.from_plain(facts["notices"]),
-                settings=Settings.from_dict(facts["settings"]),
-                scene=Scene.from_json(json.dumps(facts["scene"])),
-            )
-            return records.sound(found, ranges=(len(outputs),), t=(len(t),))
+            for index, run in enumerate(facts["runs"])
+        )
+        outputs, t = tuple(facts["outputs"]), arrays["t"]
+        for point in (*points, reference, check):
+            records.sound(point, horizon=(len(outputs),), growth=(len(outputs), len(t)))
+            if not 0.0 < point.rtol < math.inf:
+                raise ValueError(f"rtol {point.rtol} is no tolerance")
+        found = cls(
+            outputs=outputs,
+            ranges=arrays["ranges"],
+            t=t,
+            points=tuple(points),
+            reference=reference,
+            check=check,
+            notices=Notice.from_plain(facts["notices"]),
+            settings=Settings.from_dict(facts["settings"]),
+            scene=Scene.from_json(json.dumps(facts["scene"])),
+        )
+        return records.sound(found, ranges=(len(outputs),), t=(len(t),))
 
 
 def format_error(error: float, uncertainty: float) -> str:

@@ -7,7 +7,7 @@ import math
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear.base import files
+from chebclear.study.comparison import BoundErrors, Comparison
 
 
 def resting():
@@ -71,14 +71,12 @@ def test_a_link_stays_a_link(tmp_path):
 
 
 def test_what_a_file_says_has_the_types_of_the_result(tmp_path):
-    wrong = {"start": "soon", "end": None, "errors": {"x": {"lower": [1.0]}}}
-    row = dict.fromkeys(("lower", "upper", "width", "reference_width", "slack"), 0.5)
-    right = {"start": 0.0, "end": 1, "errors": {"x": row}}
-    good = files.save(tmp_path / "good", "comparison", {}, right)
-    assert cc.load_result(good)["x"].slack == 0.5
-    for key, value in wrong.items():
-        facts = right | {key: value if key != "errors" else {"x": row | value["x"]}}
-        path = files.save(tmp_path / key, "comparison", {}, facts)
+    row = BoundErrors(lower=0.5, upper=0.5, width=0.5, reference_width=0.5, slack=0.5, unit="m")
+    right = Comparison({"x": row}, 0.0, 1.0, ())
+    assert cc.load_result(right.save(tmp_path / "good"))["x"].slack == 0.5
+    one_wrong = dataclasses.replace(row, lower=[1.0])
+    for change in ({"start": "soon"}, {"end": None}, {"errors": {"x": one_wrong}}):
+        path = dataclasses.replace(right, **change).save(tmp_path / "wrong")
         with pytest.raises(
             cc.errors.ArgumentError, match=r"is no sound comparison: \w+\.\w+ is a \w+, not float"
         ):
