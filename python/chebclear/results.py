@@ -7,6 +7,8 @@ from .execution.plan import Plan
 from .run.accuracy import ErrorEstimate
 from .run.contacts import Contact, Contacts, Event, Events
 from .run.notices import Notice
+from .run.signals.cycles import Cycles
+from .run.signals.spectrum import Spectrum
 from .run.trajectory import EndState, Stats
 from .scene.distributions import Lognormal, Normal, Triangular, Uniform
 from .scene.scene import Inspection
@@ -38,6 +40,7 @@ __all__ = [
     "Contact",
     "Contacts",
     "Contrast",
+    "Cycles",
     "Difference",
     "Effects",
     "EndState",
@@ -66,6 +69,7 @@ __all__ = [
     "Share",
     "ShareDifference",
     "Specification",
+    "Spectrum",
     "Stats",
     "StudyFunction",
     "StudyTradeoff",

@@ -1,4 +1,4 @@
-"""Libraries that only one export needs."""
+"""Libraries that only one method needs."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import importlib
 from typing import Any
 
 
-def needed(library: str, caller: str) -> Any:
+def needed(library: str, caller: str, extra: str = "data") -> Any:
     """A library, or an error that says how to get it.
 
     Raises
@@ -20,4 +20,4 @@ def needed(library: str, caller: str) -> Any:
         name = library.partition(".")[0]
         if error.name != name:  # it is there, something that it needs itself is not
             raise
-        raise ImportError(f"{caller} needs {name}: pip install 'chebclear[data]'", name=name) from None
+        raise ImportError(f"{caller} needs {name}: pip install 'chebclear[{extra}]'", name=name) from None

@@ -21,5 +21,9 @@ from .runs import (
     plot_poincare as plot_poincare,
     plot_trajectory as plot_trajectory,
 )
-from .spectra import plot_spectrogram as plot_spectrogram
+from .spectra import (
+    plot_cycles as plot_cycles,
+    plot_spectrogram as plot_spectrogram,
+    plot_spectrum as plot_spectrum,
+)
 from .style import print_style as print_style

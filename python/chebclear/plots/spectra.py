@@ -1,4 +1,4 @@
-"""Time-frequency plots: how the amplitudes of a signal lie over frequency, and how that changes."""
+"""What a signal consists of: its amplitudes over frequency or order, how they change, and its load cycles."""
 
 from __future__ import annotations
 
@@ -9,14 +9,16 @@ from numpy.typing import NDArray
 
 from ..base.arguments import Checks
 from ..errors import ArgumentError, ArgumentTypeError
-from ..scene.columns import column_unit, column_words
-from .axes import abscissa_of, new_axes
-from .labels import add_color_bar, set_labels
-from .subjects import is_a, require_name
+from ..scene.columns import column_unit, column_words, plain_words
+from .axes import abscissa_of, distinct_colors, line_style, new_axes, unit_scale
+from .labels import add_color_bar, set_labels, with_unit
+from .subjects import is_a, require, require_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ..run.signals.cycles import Cycles
+    from ..run.signals.spectrum import Spectrum
     from ..run.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -183,3 +185,79 @@ def _signal(run: Any, column: Any) -> tuple[Array, Array]:
             f"the instants and the signal; got {type(run).__name__} and {type(column).__name__}"
         )
     return t, signal
+
+
+def plot_spectrum(
+    spectrum: Spectrum, *, ax: Axes | None = None, unit: str | None = None, **line: Any
+) -> Axes:
+    """Draw the averaged spectrum of an output: amplitude over the frequency, or over the orders of a crank.
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+        What ``run.spectrum`` returned.
+    ax : Axes, optional
+        Where to draw; a new figure if not given.
+    unit : str, optional
+        Unit to show, such as ``"µm"``; SI if not given.
+    **line
+        Passed to ``Axes.plot``.
+
+    Returns
+    -------
+    Axes
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> scene = cc.mechanisms.slider_crank(clearance_at=())
+    >>> run = cc.simulate(scene, duration=8 * scene.period, samples=2881)
+    >>> ax = cc.plots.plot_spectrum(run.spectrum("slider.ax", angle="crank"))
+    """
+    require("spectrum", spectrum, "Spectrum")
+    scale, shown = unit_scale(spectrum.unit, unit)
+    ax = new_axes(ax)
+    distinct_colors(ax)
+    # Without the mean, which each piece lost.
+    ax.plot(spectrum.lines[1:], scale * spectrum.amplitude[1:], **line_style(line, linewidth=0.8))
+    ax.set_yscale("log")
+    crank = spectrum.angle
+    abscissa = "frequency [Hz]" if crank is None else f"order of {plain_words(crank)} [-]"
+    set_labels(ax, abscissa, with_unit(f"amplitude of {column_words(spectrum.output)}", shown))
+    return ax
+
+
+def plot_cycles(cycles: Cycles, *, ax: Axes | None = None, unit: str | None = None, **line: Any) -> Axes:
+    """Draw the load spectrum of an output: ranges over the number of cycles that reach them.
+
+    Parameters
+    ----------
+    cycles : Cycles
+        What ``run.cycles`` returned.
+    ax : Axes, optional
+        Where to draw; a new figure if not given.
+    unit : str, optional
+        Unit to show, such as ``"kN"``; SI if not given.
+    **line
+        Passed to ``Axes.step``.
+
+    Returns
+    -------
+    Axes
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> import numpy as np
+    >>> one = np.ones(3)
+    >>> ax = cc.plots.plot_cycles(cc.results.Cycles("wrist.normal_force", "N", 900.0 * one, one, one))
+    """
+    require("cycles", cycles, "Cycles")
+    scale, shown = unit_scale(cycles.unit, unit)
+    ax = new_axes(ax)
+    distinct_colors(ax)
+    reached = np.cumsum(cycles.counts)
+    ax.step(reached, scale * cycles.ranges, where="pre", **line_style(line))
+    ax.set_xscale("log")
+    set_labels(ax, "cycles", with_unit(f"range of {column_words(cycles.output)}", shown))
+    return ax

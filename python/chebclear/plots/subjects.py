@@ -26,6 +26,8 @@ _WORDS = {
     "Share": 'the share of a specification, such as conformance(...)["stroke"]',
     "Difference": 'a feature of two designs, such as contrast(...)["peak force"]',
     "LostMotion": "a LostMotion, as lost_motion returns it",
+    "Spectrum": 'a Spectrum, as run.spectrum("slider.ax") returns it',
+    "Cycles": 'load cycles, as run.cycles("wrist.normal_force") returns them',
     "Bifurcation": "a Bifurcation, as bifurcation returns it",
 }
 

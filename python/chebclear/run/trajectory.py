@@ -29,6 +29,7 @@ from .features import EXTREMA, Extremum, Feature
 from .names import column_index
 from .notices import Notice, WithNotices, as_plain
 from .settings import Settings, checked_settings, require_features
+from .signals.signals import WithSignals
 from .tracking import settling_time, simulate_features
 
 if TYPE_CHECKING:
@@ -128,7 +129,7 @@ class EndState:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(WithNotices, records.Saved, Exports, Named[Array], kind="trajectory"):
+class Trajectory(WithNotices, WithSignals, records.Saved, Exports, Named[Array], kind="trajectory"):
     """The result of one simulation: ``run["slider.x"]`` is a column, ``run["slider.*"]`` a dict of columns.
 
     A mapping from the names of the columns to views of shape (samples,): ``in``, ``len``, ``keys()``,

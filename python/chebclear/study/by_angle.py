@@ -14,6 +14,7 @@ from ..errors import ArgumentError
 from ..run.accuracy import BY_ANGLE
 from ..run.notices import HORIZON, Notice
 from ..run.settings import LEAST_RTOL, MOST_SAMPLES, Settings
+from ..run.signals.resampling import interpolated, refined
 from ..run.simulation import run_scene
 from ..run.tracking import settling_time
 from ..scene.motions import Speed
@@ -241,44 +242,13 @@ def _at_the_angles(runs: Runs, revolutions: Revolutions, column: str) -> Runs:
                 f"{least} from a first angle on are needed: give the study a longer duration, or take fewer "
                 "cycles"
             )
-        t = _refined(found, runs.t, table[:, place])
-        values[run] = _interpolated(t, runs.t, table[:, shown])
+        t = refined(found, runs.t, table[:, place])
+        values[run] = interpolated(t, runs.t, table[:, shown])
     outputs = tuple(runs.outputs[index] for index in shown)
     # A cubic through the jumps of a contact may leave what is possible.
     for target, limits in enumerate(physical_limits(outputs, {}).values()):
         np.clip(values[..., target], *limits, out=values[..., target])
     return dataclasses.replace(runs, t=t, outputs=outputs, values=values)
-
-
-def _refined(instants: Array, t: Array, angle: Array) -> Array:
-    """Instants at which cubics through the angles have the values that chords have at `instants`."""
-    rates = np.diff(angle) / np.diff(t)
-    rate = rates[np.clip(np.searchsorted(t, instants, side="right") - 1, 0, len(rates) - 1)]
-    late = _interpolated(instants, t, angle[:, None])[:, 0] - np.interp(instants, t, angle)
-    # Not where the crank stands still: there the chord is as good.
-    moves = np.abs(rate) > 0.1 * np.max(np.abs(rates))
-    shift = np.divide(late, rate, out=np.zeros_like(late), where=moves)
-    return np.clip(instants - shift, t[0], t[-1])
-
-
-def _interpolated(instants: Array, t: Array, values: Array) -> Array:
-    """Values of shape (times, outputs) at other instants, by cubics through four equally spaced ones.
-
-    A chord is off by 14 um in the position of the paper's slider over 91 samples a revolution, as much as
-    a narrow band is wide, and held-out runs are off alike: no calibration would tell.
-    """
-    if len(t) < 4:
-        return np.stack([np.interp(instants, t, column) for column in values.T], axis=-1)
-    place = (instants - t[0]) * ((len(t) - 1) / (t[-1] - t[0]))
-    first = np.clip(np.floor(place).astype(int) - 1, 0, len(t) - 4)
-    x = (place - first)[:, None]
-    weights = (
-        -(x - 1.0) * (x - 2.0) * (x - 3.0) / 6.0,
-        x * (x - 2.0) * (x - 3.0) / 2.0,
-        -x * (x - 1.0) * (x - 3.0) / 2.0,
-        x * (x - 1.0) * (x - 2.0) / 6.0,
-    )
-    return sum((weight * values[first + node] for node, weight in enumerate(weights)), np.zeros(()))
 
 
 def _driven(scene: Scene) -> dict[str, Speed]:

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.named import Named
 from ...run.names import column_index
 from ...run.settings import Settings
+from ...run.signals.signals import WithSignals
 from ...run.simulation import run_scene
 from ...run.trajectory import Stats, Trajectory
 from ...scene.scene import Scene
@@ -19,7 +19,7 @@ from ...scene.scene import Scene
 Array = NDArray[np.float64]
 
 
-class SweptRun(Named[Array]):
+class SweptRun(WithSignals):
     """A run of a study with the interface of a `Trajectory`, a mapping from the names of the columns too.
 
     Samples, parameters and work of the run are available. Contacts, events, peaks and all else of a

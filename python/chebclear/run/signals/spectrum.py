@@ -1,0 +1,159 @@
+"""Averaged spectra of outputs, over the frequency or over the orders of a crank."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...base.prefixes import format_quantity
+from ...base.shown import Shown
+from ...errors import ArgumentError, warn
+from ...report import html
+from ...report.document import Table
+from .resampling import interpolated, refined
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+# Revolutions of a piece that keep whole orders apart: Hann's window spreads a line over two on each side.
+_APART = 4
+_PIECES = 8
+_LEAST_SAMPLES = 8
+# A hundredth of the power in the last tenth of the lines: as much again may have been folded down from above.
+_EDGE, _FOLDED = 0.9, 0.01
+_MOST_PEAKS = 8
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Spectrum(Shown):
+    """Averaged spectrum of an output; see `Trajectory.spectrum`.
+
+    Attributes
+    ----------
+    output : str
+        Name of the output.
+    unit : str
+        Its unit.
+    angle : str | None
+        Body or joint whose revolutions are counted; None for a spectrum over the frequency.
+    lines : Array
+        Frequencies [Hz]; over an angle orders, the cycles per revolution [-]. Shape (lines,).
+    power : Array
+        Mean square in each line, averaged over the pieces, in the square of the unit: A²/2 of a sine of
+        amplitude A. Shape (lines,).
+    pieces : int
+        Overlapping pieces that are averaged [-].
+    """
+
+    output: str
+    unit: str
+    angle: str | None
+    lines: Array
+    power: Array
+    pieces: int
+
+    @property
+    def amplitude(self) -> Array:
+        """Amplitude of a sine in each line, in the unit of the output, shape (lines,)."""
+        return np.sqrt(2.0 * self.power)
+
+    @property
+    def table(self) -> Table:
+        """The highest peaks, by their frequency or order."""
+        amplitude, rows = self.amplitude, []
+        inner = amplitude[1:-1]
+        peaks = 1 + np.flatnonzero((inner > amplitude[:-2]) & (inner >= amplitude[2:]))
+        for k in sorted(peaks[np.argsort(-amplitude[peaks], kind="stable")][:_MOST_PEAKS]):
+            line = f"{self.lines[k]:.4g}" if self.angle else format_quantity(float(self.lines[k]), "Hz", 4)
+            rows.append([line, format_quantity(float(amplitude[k]), self.unit)])
+        return Table(f"Peaks of {self.output}", ["order" if self.angle else "frequency", "amplitude"], rows)
+
+    def __repr__(self) -> str:
+        over = f"the orders of {self.angle}" if self.angle else "the frequency"
+        return f"<Spectrum of {self.output} over {over}: {len(self.lines)} lines, {self.pieces} pieces>"
+
+    def __str__(self) -> str:
+        word = "order " if self.angle else ""
+        return "\n".join([repr(self)[1:-1], *(f"  {word}{row[0]}: {row[1]}" for row in self.table.rows)])
+
+    def _repr_html_(self) -> str:
+        return html.fragment(repr(self)[1:-1], [self.table])
+
+    def plot(self, *, ax: Axes | None = None, unit: str | None = None) -> Axes:
+        """Draw the amplitude over the frequency or the order; see `plot_spectrum`."""
+        from ...plots.spectra import plot_spectrum
+
+        return plot_spectrum(self, ax=ax, unit=unit)
+
+
+def spectrum_of(
+    t: Array,
+    values: Array,
+    name: str,
+    unit: str,
+    crank: str | None,
+    angle: Array | None,
+    window: float | None,
+) -> Spectrum:
+    """The spectrum of equally spaced samples, or of their values at equal steps of an angle [rad]."""
+    if not np.all(np.isfinite(values)):
+        raise ArgumentError(f"{name} is not known at all samples: a spectrum needs a run without gaps")
+    if angle is None:
+        step, span = float(t[-1] - t[0]) / (len(t) - 1), float(t[-1] - t[0])
+        window = span / _PIECES if window is None else window
+        length, what = round(window / step), f"samples of {step:.3g} s"
+    else:
+        step, values = _at_equal_angles(t, values, angle, str(crank))
+        turns = round(len(values) * step)
+        if window is None:
+            window = min(turns, max(_APART, turns // _PIECES))
+        elif window != int(window):
+            raise ArgumentError(f"window must be a whole number of revolutions, got {window:g}")
+        length, what = round(window / step), f"samples, {round(1 / step)} a revolution"
+    if not _LEAST_SAMPLES <= length <= len(values):
+        raise ArgumentError(f"window must hold {_LEAST_SAMPLES} to {len(values)} {what}, got {window:.3g}")
+    power, pieces = averaged_power(values, length)
+    lines = np.arange(len(power)) / (length * step)
+    if power[int(_EDGE * len(power)) :].sum() > _FOLDED * power.sum():
+        warn(
+            f"{name}: more than {100.0 * _FOLDED:g} % of the power lies in the last tenth of the spectrum: "
+            "faster oscillations are folded down into it; take more samples"
+        )
+    return Spectrum(name, unit, crank, lines, power, pieces)
+
+
+def averaged_power(values: Array, length: int) -> tuple[Array, int]:
+    """Mean square in each line of pieces that overlap by half, and their number (Welch, 1967).
+
+    Each piece loses its mean and is weighted by a Hann window.
+    """
+    pieces = np.lib.stride_tricks.sliding_window_view(values, length)[:: max(1, length // 2)]
+    window = 0.5 - 0.5 * np.cos(2.0 * math.pi * np.arange(length) / length)
+    spectra = np.fft.rfft((pieces - pieces.mean(axis=1, keepdims=True)) * window, axis=1)
+    power: Array = np.mean(np.abs(spectra) ** 2, axis=0) / window.sum() ** 2
+    # The negative frequencies, which zero and half the sampling rate do not have.
+    power[1 : (length + 1) // 2] *= 2.0
+    return power, len(pieces)
+
+
+def _at_equal_angles(t: Array, values: Array, angle: Array, crank: str) -> tuple[float, Array]:
+    """Step [revolutions], and the values at equal steps of whole revolutions."""
+    sense = 1.0 if angle[-1] >= angle[0] else -1.0
+    passed = sense * (angle - angle[0]) / (2.0 * math.pi)
+    if not np.all(np.diff(passed) > 0.0):
+        raise ArgumentError(f'"{crank}" stands still or turns back: its angle must grow to count revolutions')
+    turns = math.floor(passed[-1] + 1e-9)
+    if turns < 1:
+        raise ArgumentError(f'"{crank}" makes {passed[-1]:.3g} revolutions: at least one is needed')
+    each = math.floor((len(t) - 1) / passed[-1] + 1e-9)
+    if each < _LEAST_SAMPLES:
+        raise ArgumentError(f"{each} samples a revolution are too few: take more samples")
+    places = np.arange(turns * each) / each
+    instants = refined(np.interp(places, passed, t), t, passed)
+    return 1.0 / each, interpolated(instants, t, values[:, None])[:, 0]
