@@ -80,7 +80,7 @@ GROUPS = {
     "Scene files": "load loads Template Parameter",
     "Runs": "simulate Settings Trajectory load_result animate",
     "Studies": "Study StudyResult Band Surrogate Interval normal lognormal uniform triangular compare "
-    "bifurcation restraint_zones require conformance contrast lost_motion modes",
+    "bifurcation restraint_zones require conformance contrast lost_motion modes load_measured",
     "Trade-offs": "tradeoff study_tradeoff",
     "Errors and warnings": "ChebclearError ChebclearWarning",
 }

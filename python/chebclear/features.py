@@ -16,10 +16,14 @@ from .run.features import (
     time_of_peak,
     wear,
 )
+from .study.features.traces import BandPower, Crossings, MagnitudeQuantile
 
 __all__ = [
+    "BandPower",
+    "Crossings",
     "Extremum",
     "Feature",
+    "MagnitudeQuantile",
     "contact_share",
     "impacts",
     "impulse",

@@ -1,6 +1,7 @@
 """Types of the results, which functions and methods return."""
 
 from .decisions.contrast import Contrast, Difference, ShareDifference
+from .decisions.measured import Agreement, Measured
 from .decisions.modes import Modes
 from .execution.failures import FailedRun
 from .execution.plan import Plan
@@ -33,6 +34,7 @@ from .tradeoffs.recommendation import Recommendation
 from .tradeoffs.result import Tradeoff
 
 __all__ = [
+    "Agreement",
     "Bifurcation",
     "BoundErrors",
     "Comparison",
@@ -56,6 +58,7 @@ __all__ = [
     "Lognormal",
     "LostMotion",
     "Margin",
+    "Measured",
     "Modes",
     "Normal",
     "Notice",

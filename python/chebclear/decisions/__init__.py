@@ -1,5 +1,6 @@
-"""Decisions of a designer: which of two designs is better, and at which speeds a mechanism vibrates.
+"""Decisions of a designer: is a design better, does a model fit a trace, at which speeds does it vibrate.
 
-In: two studies and requirements, or a scene; out: paired differences with exact intervals, natural
-frequencies and modes. Uses `study`, `execution`, `run`, `scene`, `report`, `plots` and `base`.
+In: two studies and requirements, a scene, or bands and a measured trace; out: paired differences with exact
+intervals, natural frequencies and modes, shares of a trace inside bands. Uses `study`, `execution`, `run`,
+`scene`, `report`, `plots` and `base`.
 """

@@ -1,5 +1,6 @@
 from .animation.animate import Animation as Animation, animate as animate
 from .bands import (
+    plot_agreement as plot_agreement,
     plot_band as plot_band,
     plot_lost_motion as plot_lost_motion,
     plot_sensitivity as plot_sensitivity,

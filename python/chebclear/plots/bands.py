@@ -17,6 +17,7 @@ from .subjects import require
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ..decisions.measured import Agreement
     from ..study.band.band import Band
     from ..study.band.zones import RestraintZones
     from ..study.lost_motion import LostMotion
@@ -150,6 +151,55 @@ def plot_band(
         beside.plot(abscissa, scale * band.nominal, color=NOMINAL, linewidth=0.7)
         beside.set_ylabel(with_unit(words, shown), color=NOMINAL)
         beside.grid(False)
+    return ax
+
+
+def plot_agreement(
+    agreement: Agreement, *, ax: Axes | None = None, unit: str | None = None, **line: Any
+) -> Axes:
+    """Draw a measured trace over the band of its output; by crank angle all turns over each other.
+
+    Parameters
+    ----------
+    agreement : Agreement
+        What ``measured.compare`` returned.
+    ax : Axes, optional
+        Where to draw; a new figure if not given.
+    unit : str, optional
+        Unit to show, such as ``"µm"``; SI if not given.
+    **line
+        Passed to ``Axes.plot`` for the trace.
+
+    Returns
+    -------
+    Axes
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> import numpy as np
+    >>> t = np.linspace(0.0, 1.0, 101)
+    >>> study = cc.Study(lambda a: {"t": t, "x": a * t}, {"a": cc.Interval(1.0, 2.0)})
+    >>> trace = cc.results.Measured({"x": 1.5 * t + 0.2}, t=t)
+    >>> ax = cc.plots.plot_agreement(trace.compare(study.scan(3)["x"]))
+    """
+    require("agreement", agreement, "Agreement")
+    band = agreement.band
+    ax = plot_band(band, ax=ax, unit=unit, nominal=False)
+    scale = unit_scale(band.unit, unit)[0]
+    places, values, outside = agreement.places, scale * agreement.values, agreement.excess > 0.0
+    if band.angle is not None:
+        turn = np.floor((places - band.angle.min()) / (2.0 * math.pi))
+        places = np.degrees(places - 2.0 * math.pi * turn)
+        # A gap in the line where a turn ends.
+        ends = np.flatnonzero(np.diff(turn)) + 1
+        places, values = (np.insert(column, ends, math.nan) for column in (places, values))
+        outside = np.insert(outside, ends, False)
+    style = line_style(line, color="black", linewidth=0.8, label="measured")
+    ax.plot(places, values, **style)
+    if np.any(outside):
+        ax.plot(places[outside], values[outside], ".", color=COLORS[1], markersize=4.0, label="outside")
+    legend_above_the_data(ax)
     return ax
 
 

@@ -1,0 +1,425 @@
+"""Measured traces: read with their units, aligned by a trigger, and compared with bands."""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base import files as records
+from ..base.arguments import Checks, as_number, meant_or_known
+from ..base.named import Named
+from ..base.prefixes import format_range
+from ..base.shown import Shown, listed
+from ..base.units import UnitError, convert, si_unit, unit
+from ..errors import ArgumentError, UnknownNameError
+from ..scene.columns import column_unit
+from ..study.band.band import Band
+from ..study.band.margin import percent
+from ..study.features.traces import rising_edges
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+_TURN = 2.0 * math.pi
+# A name and its unit, as in "acceleration [m/s2]" and "Time (ms)".
+_HEAD = re.compile(r"\s*(.*?)\s*(?:[\[(]([^\])]*)[\])])?\s*")
+# Samples of a revolution below which turns cannot be counted [-].
+_LEAST_OF_A_TURN = 4
+# Problems of one kind that are named, and intervals in words.
+_MOST_NAMED = 4
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Measured(records.ArrayRecord, Named[Array]):
+    """Measured outputs over time, crank angle or both; ``measured["slider.ax"]`` are the values of one.
+
+    `load_measured` reads one from a file; arrays in SI units make one too.
+
+    Parameters
+    ----------
+    columns : mapping of str to ndarray
+        Values of each output, and of triggers, in SI units, each of shape (samples,).
+    units : mapping of str to str
+        SI unit of each column; empty where it is not known.
+    t : ndarray, optional
+        Instants [s], rising, shape (samples,).
+    angle : ndarray, optional
+        Crank angle [rad], full turns included, shape (samples,). One of the two is needed.
+
+    Raises
+    ------
+    ValueError
+        If something is missing, not finite, or of another length; all problems are listed.
+    """
+
+    columns: dict[str, Array]
+    units: dict[str, str] = field(default_factory=dict)
+    t: Array | None = field(default=None, metadata=unit("s"))
+    angle: Array | None = field(default=None, metadata=unit("rad"))
+
+    def __post_init__(self) -> None:
+        checks = Checks()
+        axes = {name: axis for name, axis in (("t", self.t), ("angle", self.angle)) if axis is not None}
+        if not axes or not self.columns:
+            checks.add("a trace needs t or angle, and at least one column of values")
+        count = len(next(iter(axes.values()), ()))
+        for name, column in (axes | dict(self.columns)).items():
+            if np.shape(column) != (count,) or count < 2:
+                checks.add_at(
+                    name, f"must be at least 2 numbers, as many as t or angle, got {np.shape(column)}"
+                )
+            elif not np.all(np.isfinite(column)):
+                checks.add_at(
+                    name, f"must be finite, it is not at sample {np.flatnonzero(~np.isfinite(column))[0]}"
+                )
+        checks.finish()
+        if self.t is not None and np.min(np.diff(self.t)) <= 0.0:
+            late = int(np.argmax(np.diff(self.t) <= 0.0)) + 1
+            checks.add(
+                f"t must rise from sample to sample, it does not at sample {late}, {self.t[late]:.6g} s"
+            )
+        if self.angle is not None and np.max(np.abs(np.diff(self.angle))) > _TURN / _LEAST_OF_A_TURN:
+            checks.add(
+                f"angle has fewer than {_LEAST_OF_A_TURN} samples in a revolution, too few to count its turns"
+            )
+        checks.finish()
+        super().__post_init__()
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return tuple(self.columns)
+
+    def _entry(self, name: str) -> Array:
+        if name not in self.columns:
+            raise UnknownNameError(f'no measured column "{name}"{meant_or_known(name, self.columns)}')
+        return self.columns[name]
+
+    def __repr__(self) -> str:
+        axes = " and ".join(name for name in ("t", "angle") if getattr(self, name) is not None)
+        samples = len(next(iter(self.columns.values())))
+        return f"<Measured: {samples} samples over {axes}, {listed(self.columns, most=4)}>"
+
+    def triggered(
+        self, signal: str, level: float | str, *, start: float = 0.0, turns: bool = False
+    ) -> Measured:
+        """The trace aligned at the rising edges of a signal.
+
+        Parameters
+        ----------
+        signal : str
+            Name of the column.
+        level : float or str
+            Value through which it rises, in its SI unit or with a unit.
+        start : float
+            Instant of the first edge [s]; with `turns` the crank angle of every edge [rad].
+        turns : bool
+            Whether the signal rises once in every revolution: the crank angle is then interpolated between
+            edges, and what is before the first and after the last edge is left out.
+
+        Raises
+        ------
+        ValueError
+            If there is no edge, or with `turns` fewer than two.
+        """
+        values, of = self[signal], self.units.get(signal, "")
+        checks = Checks()
+        number = as_number(level)
+        try:
+            number = convert(str(level), of or "unit") if number is None else number
+        except UnitError as error:
+            checks.add_at("level", str(error))
+            number = math.nan
+        start = checks.real("start", start, "rad" if turns else "s")
+        if self.t is None:
+            checks.add("t is needed: a trigger aligns instants")
+        checks.finish()
+        assert self.t is not None
+        after = np.flatnonzero(rising_edges(values, number, number)) + 1
+        if len(after) < 1 + turns:
+            low, high = float(np.min(values)), float(np.max(values))
+            raise ArgumentError(
+                f'"{signal}" rises {len(after)} times through {number:g}, its values are {low:g} to {high:g}'
+            )
+        before = values[after - 1]
+        part = (number - before) / (values[after] - before)
+        edges = self.t[after - 1] + part * (self.t[after] - self.t[after - 1])
+        if not turns:
+            return replace(self, t=self.t - edges[0] + start)
+        kept = (self.t >= edges[0]) & (self.t <= edges[-1])
+        angle = np.interp(self.t[kept], edges, start + _TURN * np.arange(len(edges)))
+        columns = {name: column[kept] for name, column in self.columns.items()}
+        return replace(self, columns=columns, t=self.t[kept], angle=angle)
+
+    @overload
+    def compare(self, bands: Band) -> Agreement: ...
+    @overload
+    def compare(self, bands: Mapping[str, Band]) -> dict[str, Agreement]: ...
+    def compare(self, bands: Band | Mapping[str, Band]) -> Agreement | dict[str, Agreement]:
+        """How much of the trace is inside bands: by time, or by crank angle if the bands are.
+
+        Parameters
+        ----------
+        bands : Band or StudyResult
+            The band of one output, or a result, of which all outputs that were measured are compared.
+
+        Returns
+        -------
+        Agreement, or dict of str to Agreement
+
+        Raises
+        ------
+        ValueError
+            If nothing was measured of it, units differ, or the trace does not overlap; all are listed.
+        """
+        checks = Checks()
+        asked = {bands.name: bands} if isinstance(bands, Band) else bands
+        common = [name for name in asked if name in self.columns]
+        if not common:
+            checks.add(
+                f"bands of {listed(asked)} have no output in common with the trace, {listed(self.columns)}"
+            )
+        found = {name: _agreement(checks, self, asked[name]) for name in common}
+        checks.finish()
+        agreed = {name: one for name, one in found.items() if one is not None}
+        return agreed[bands.name] if isinstance(bands, Band) else agreed
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Agreement(Shown):
+    """How much of a measured output is inside a band; see `Measured.compare`.
+
+    Attributes
+    ----------
+    band : Band
+        The band.
+    places : Array
+        Instants [s] of the samples in its time, or by crank angle their angles [rad], shape (samples,).
+    values : Array
+        The measured values there, in the unit of the band; of an angle without its full turns.
+    excess : Array
+        How far each is outside, in the unit of the band; at most 0 inside.
+    left_out : int
+        Samples of the trace before and after the time of the band [-].
+    """
+
+    band: Band
+    places: Array
+    values: Array
+    excess: Array
+    left_out: int
+
+    @property
+    def share(self) -> float:
+        """Share of these samples that are inside [-]."""
+        return float(np.mean(self.excess <= 0.0))
+
+    @property
+    def outside(self) -> tuple[tuple[float, float], ...]:
+        """Where the others are: from and to which instant [s] or crank angle [rad], by straight lines."""
+        out = np.concatenate([[False], self.excess > 0.0, [False]])
+        firsts, lasts = np.flatnonzero(~out[:-1] & out[1:]), np.flatnonzero(out[:-1] & ~out[1:]) - 1
+        return tuple(
+            (self._crossing(first, first - 1), self._crossing(last, last + 1))
+            for first, last in zip(firsts.tolist(), lasts.tolist(), strict=True)
+        )
+
+    def _crossing(self, sample: int, beside: int) -> float:
+        """Where the trace leaves the band between a sample outside and one inside, if there is one."""
+        if not 0 <= beside < len(self.places):
+            return float(self.places[sample])
+        part = self.excess[sample] / (self.excess[sample] - self.excess[beside])
+        return float(self.places[sample] + part * (self.places[beside] - self.places[sample]))
+
+    def __str__(self) -> str:
+        band, outside = self.band, self.outside
+        text = f"{band.name}: {percent(self.share)} of {len(self.places)} samples inside"
+        text += f" the band ({band.verdict}"
+        if not math.isnan(band.coverage):
+            text += f", which holds {percent(band.coverage)} of a new run"
+        text += ")"
+        if outside:
+            axis = "s" if band.angle is None else "rad"
+            text += f"; outside: {listed([format_range(one, axis) for one in outside], most=_MOST_NAMED)}"
+        return text + (f"; {self.left_out} samples are not in its time" if self.left_out else "")
+
+    def plot(self, *, ax: Axes | None = None, unit: str | None = None, **line: Any) -> Axes:
+        """Draw the trace over the band; see `plot_agreement`."""
+        from ..plots.bands import plot_agreement
+
+        return plot_agreement(self, ax=ax, unit=unit, **line)
+
+
+def _agreement(checks: Checks, measured: Measured, band: Band) -> Agreement | None:
+    """The comparison with one band, or None after adding a problem."""
+    name, own, scale = band.name, measured.units.get(band.name, ""), 1.0
+    axis, places = ("t", measured.t) if band.angle is None else ("angle", measured.angle)
+    if band.unit and own and own != band.unit:
+        try:
+            scale = 1.0 / convert(f"1 {band.unit}", own)
+        except UnitError:
+            checks.add_at(name, f"is measured in {own}, its band is in {band.unit}")
+    if places is None:
+        checks.add_at(
+            name, f"has a band over {axis}, and the trace has no {axis}: load or trigger it with one"
+        )
+        return None
+    if band.angle is None:
+        kept, grid = (places >= band.t[0]) & (places <= band.t[-1]), band.t
+        within = places = places[kept]
+        if not len(places):
+            ends = f"{band.t[0]:.6g} to {band.t[-1]:.6g} s"
+            checks.add_at(name, f"does not overlap with its band, which is from {ends}")
+            return None
+    else:
+        kept, sense = np.ones(len(places), dtype=bool), math.copysign(1.0, band.angle[-1] - band.angle[0])
+        within, grid = (sense * (places - band.angle[0])) % _TURN, sense * (band.angle - band.angle[0])
+    values = scale * measured.columns[name][kept]
+    lower, upper = np.interp(within, grid, band.lower), np.interp(within, grid, band.upper)
+    if band.angle is not None and name.rpartition(".")[2] == "angle":
+        values = values - _TURN * np.round((values - 0.5 * (lower + upper)) / _TURN)
+    excess = np.maximum(values - upper, lower - values)
+    return Agreement(band, places, values, excess, int(np.count_nonzero(~kept)))
+
+
+def load_measured(
+    path: str | os.PathLike[str],
+    columns: Mapping[str, str] | None = None,
+    *,
+    t: str | None = None,
+    angle: str | None = None,
+) -> Measured:
+    """Read a measured trace from a CSV file with a line of names.
+
+    Every column needs its unit, in the file, as ``acceleration [mm/s2]``, or in the argument. Values are
+    converted to SI. Columns are divided by commas, semicolons or tabs; with the latter two numbers may have a
+    decimal comma.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    columns : mapping of str to str, optional
+        For each output, or trigger, the column that measures it, such as ``{"slider.ax": "acc [mm/s2]"}``. If
+        not given, all columns, by their own names. A unit that is given counts where that of the file is not
+        known, as of a voltage: ``"pulse [-]"``.
+    t, angle : str, optional
+        Columns of the instants and of the crank angle, which may start again with every turn; ``"t"`` and
+        ``"angle"`` if there are such and neither is given.
+
+    Returns
+    -------
+    Measured
+
+    Raises
+    ------
+    ValueError
+        If columns are missing or not numbers, a unit is missing, unknown or of another dimension than the
+        output; all problems are listed.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder, "trace.csv")
+    ...     _ = path.write_text("time [ms],sensor [mm]\\n0,1.5\\n1,1.6\\n")
+    ...     trace = cc.load_measured(path, {"slider.x": "sensor"}, t="time")
+    >>> trace["slider.x"], trace.units
+    (array([0.0015, 0.0016]), {'slider.x': 'm'})
+    """
+    checks = Checks()
+    heads, cells = _cells(Path(path))
+    known = [_HEAD.fullmatch(head)[1] for head in heads]  # type: ignore[index] # it matches every line
+    if t is None and angle is None:
+        t, angle = ("t" if "t" in known else None), ("angle" if "angle" in known else None)
+    axes = {name: text for name, text in (("t", t), ("angle", angle)) if text is not None}
+    if not axes:
+        checks.add(f"t or angle must name a column of the file{meant_or_known('time', known)}")
+    taken = [_HEAD.fullmatch(text)[1] for text in axes.values()]  # type: ignore[index]
+    asked = {name: name for name in known if name not in taken} if columns is None else dict(columns)
+    found, units = {}, {}
+    for name, text in [*axes.items(), *asked.items()]:
+        column, given = _HEAD.fullmatch(text).groups()  # type: ignore[union-attr]
+        if column not in known:
+            checks.add_at(name, f'is no column of the file: "{column}"{meant_or_known(column, known)}')
+            continue
+        index = known.index(column)
+        wanted = {"t": "s", "angle": "rad"}[name] if name in axes else column_unit(name)
+        scale, units[name] = _scale(checks, name, _HEAD.fullmatch(heads[index])[2], given, wanted)  # type: ignore[index]
+        found[name] = scale * _numbers(checks, name, [row[index] for row in cells])
+    checks.finish()
+    if "angle" in axes:
+        found["angle"] = np.unwrap(found["angle"])
+    rest = {name: found[name] for name in asked}
+    return Measured(rest, {name: units[name] for name in asked}, found.get("t"), found.get("angle"))
+
+
+def _scale(
+    checks: Checks, name: str, of_file: str | None, given: str | None, wanted: str
+) -> tuple[float, str]:
+    """The factor to SI and the SI unit of a column, whose unit is in the file, given or both."""
+    texts = [text.strip() for text in (given, of_file) if text is not None and text.strip()]
+    if len(texts) == 2 and not si_unit(texts[1]):
+        del texts[1]  # that of the file is not known, so that the one given counts
+    read = []
+    try:
+        for text in texts:
+            if text == "-" and wanted in ("", "-", "rad"):
+                read.append((1.0, wanted or "-"))
+            else:
+                read.append((convert(f"1 {text}", wanted or "unit"), wanted or si_unit(text)))
+    except UnitError as error:
+        checks.add_at(name, str(error))
+        return math.nan, ""
+    if not read:
+        needed = f"[{wanted}]" if wanted else "any unit, [-] for a plain number"
+        checks.add_at(name, f"has no unit: write it behind the name, of {needed}")
+    elif read[0] != read[-1]:
+        checks.add_at(name, f"is in [{of_file}] in the file and in [{given}] in the argument")
+    return read[0] if read else (math.nan, "")
+
+
+def _cells(path: Path) -> tuple[list[str], list[list[str]]]:
+    """The names and the lines of a CSV file."""
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except UnicodeDecodeError as error:
+        raise ArgumentError(f"{path} is no text in UTF-8: {error.reason}; save it as such") from None
+    mark = next((sign for sign in ";\t" if lines and sign in lines[0]), ",")
+    heads, *rows = list(csv.reader([line for line in lines if line.strip()], delimiter=mark)) or [[]]
+    uneven = [number for number, row in enumerate(rows, start=2) if len(row) != len(heads)]
+    if len(rows) < 2 or uneven:
+        what = (
+            f"line {uneven[0]} has not {len(heads)} columns" if uneven else "it has not two lines of numbers"
+        )
+        raise ArgumentError(f"{path} is no table with a line of names and lines of numbers: {what}")
+    if mark != ",":
+        rows = [[cell.replace(",", ".") for cell in row] for row in rows]
+    return heads, rows
+
+
+def _numbers(checks: Checks, name: str, cells: Sequence[str]) -> Array:
+    """A column of finite numbers, or NaN after adding a problem."""
+    numbers = np.full(len(cells), math.nan)
+    for index, cell in enumerate(cells):
+        try:
+            numbers[index] = float(cell)
+        except ValueError:
+            continue
+    wrong = np.flatnonzero(~np.isfinite(numbers))
+    if len(wrong):
+        lines = listed([str(index + 2) for index in wrong], most=_MOST_NAMED)
+        checks.add_at(name, f'must be finite numbers, got "{cells[wrong[0]]:.40}" (lines {lines})')
+    return numbers
