@@ -66,10 +66,6 @@ from .templates.reader import (
     load as load,
     loads as loads,
 )
-from .templates.template import (
-    Parameter as Parameter,
-    Template as Template,
-)
 from .tradeoffs.of_scene import tradeoff as tradeoff
 from .tradeoffs.of_study import study_tradeoff as study_tradeoff
 from .version import __version__ as __version__

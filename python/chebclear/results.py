@@ -28,6 +28,7 @@ from .study.polynomials.sensitivity import VarianceShares
 from .study.polynomials.surrogate import PolynomialRange
 from .study.requirements.conformance import Conformance, Share
 from .study.requirements.specification import Specification
+from .templates.template import Parameter, Template
 from .tradeoffs.bounds import StudyTradeoff, StudyTradeoffPoint
 from .tradeoffs.point import TradeoffPoint
 from .tradeoffs.recommendation import Recommendation
@@ -62,6 +63,7 @@ __all__ = [
     "Modes",
     "Normal",
     "Notice",
+    "Parameter",
     "Plan",
     "PolynomialRange",
     "QuantileBand",
@@ -78,6 +80,7 @@ __all__ = [
     "StudyTradeoff",
     "StudyTradeoffPoint",
     "Swing",
+    "Template",
     "Tradeoff",
     "TradeoffPoint",
     "Triangular",
