@@ -10,11 +10,14 @@ from .errors import ArgumentError
 from .run.trajectory import Trajectory
 from .study.bifurcation import Bifurcation
 from .study.comparison import Comparison
+from .study.requirements.conformance import Conformance
 from .study.results import StudyResult
 from .tradeoffs.bounds import StudyTradeoff
 from .tradeoffs.result import Tradeoff
 
-Saved: TypeAlias = Trajectory | StudyResult | Tradeoff | StudyTradeoff | Bifurcation | Comparison
+Saved: TypeAlias = (
+    Trajectory | StudyResult | Tradeoff | StudyTradeoff | Bifurcation | Comparison | Conformance
+)
 
 _CLASSES = {kind.kind_of_file: kind for kind in get_args(Saved)}
 
@@ -29,7 +32,7 @@ def load_result(path: str | os.PathLike[str]) -> Saved:
 
     Returns
     -------
-    Trajectory, StudyResult, Tradeoff, StudyTradeoff, Bifurcation or Comparison
+    Trajectory, StudyResult, Tradeoff, StudyTradeoff, Bifurcation, Comparison or Conformance
         What was saved.
 
     Raises

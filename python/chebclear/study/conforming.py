@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.random import Generator
@@ -12,6 +14,7 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks, meant_or_known
 from ..errors import ArgumentError, ArgumentTypeError
 from ..execution.failures import AllFailedError
+from ..execution.pieces import NOT_BEGUN
 from ..run.features import lowest, peak
 from ..run.notices import Notice, issue
 from ..run.settings import Settings
@@ -19,7 +22,8 @@ from ..scene.columns import column_unit
 from ..scene.scene import Interval
 from .features.features import FeatureSpec, outputs_of, tracked_features
 from .requirements.conformance import Conformance, Share, share_of
-from .requirements.draws import corners, drawn
+from .requirements.draws import drawn, places
+from .requirements.exact import looks
 from .requirements.specification import Specification, checked_specifications
 from .runner import Runner
 from .sources.finished import FinishedRuns
@@ -30,7 +34,7 @@ from .study import Study
 
 Array = NDArray[np.float64]
 
-# Runs of the first piece where their number depends on what they find; each further piece doubles them.
+# Runs of the first piece where failures end them; each further piece doubles them.
 _FIRST_PIECE = 200
 # Parameters that are only known as intervals: their corners are two to this power.
 _MOST_INTERVALS = 6
@@ -60,14 +64,17 @@ def conformance(
     runs: int = 1000,
     *,
     failures: int | None = None,
+    width: float | None = None,
+    inner: int = 0,
     confidence: float = 0.95,
     rng: int | Generator | None = 0,
 ) -> Conformance:
     """The share of mechanisms that keep to specifications, from mechanisms drawn at random.
 
     Parameters are drawn independently from their distributions, such as `normal`. Those that are only
-    known as an `Interval` have none: the runs are repeated at their nominal values and at every corner of
-    their intervals, and the interval of the share is that of the smallest and the largest of these.
+    known as an `Interval` have none: the runs are repeated at their nominal values, at every corner of
+    their intervals and at points inside, and the interval of the share is that of the smallest and the
+    largest of these. Between the points nothing is known.
 
     Parameters
     ----------
@@ -76,10 +83,16 @@ def conformance(
     specifications : Specification, or sequence or mapping of them by name
         What to keep to, made by `require`.
     runs : int
-        Mechanisms to simulate, or the most of them [-]; times the corners.
+        Mechanisms to simulate, or the most of them [-]; times the points of parameters that are intervals.
+        They are fewer where `max_seconds` of the study ends them.
     failures : int, optional
         Runs end once so many mechanisms are outside of each specification [-]; the relative error of the
         share outside is then about 2 over its root, and its interval is exact as well.
+    width : float, optional
+        Runs end once the interval of each share is as narrow [-]. It is looked at a few times that are fixed
+        in advance, and wide enough to hold at all of them.
+    inner : int
+        Points inside the intervals of parameters that are only known as intervals [-], besides corners.
     confidence : float
         Probability that the interval of a share holds the true one [-].
     rng : int, numpy.random.Generator or None
@@ -107,65 +120,79 @@ def conformance(
     """
     if not isinstance(study, Study):
         raise ArgumentTypeError(f"study must be a Study, got {study!r:.80}")
-    runner = study.runner
-    asked, count, failures, level, seed = _checked(runner, specifications, runs, failures, confidence, rng)
-    watching, watched = watching_for(runner, asked)
-    places = corners(runner.parameters)
-    draws = drawn(runner.parameters, declared_order(runner.build, runner.parameters), count, seed)
-    # For each place the extremes of each specification's quantity, shape (2, runs).
-    extremes = [[np.empty((2, 0)) for _ in asked] for _ in places]
-    notices: dict[object, Notice] = {}
-    for piece in _pieces(count, failures):
-        for place, found in zip(places, extremes, strict=True):
-            points = _at(runner, draws[piece], place)
-            try:
-                made = watching.made(points, watching.settings, midpoint=False)
-            except AllFailedError as error:
-                raise error.first from None
-            notices = {(notice.code, notice.about): notice for notice in made.notices} | notices
-            for index, (name, one) in enumerate(asked.items()):
-                more = extremes_of(made, name, one, watched[name], len(points))
-                found[index] = np.concatenate([found[index], more], axis=1)
-        if failures is not None and _fewest_outside(watched, extremes) >= failures:
-            break
-    shares = {
-        name: share_of(
-            name,
-            one,
-            watched[name].unit,
-            watched[name].limits,
-            places,
-            [(found[index][0], found[index][1]) for found in extremes],
-            level,
-            failures,
-        )
-        for index, (name, one) in enumerate(asked.items())
-    }
-    if len(asked) > 1:
-        shares[_ALL] = _together(watched, places, extremes, level, failures)
-    most = max(share.runs for share in shares.values())
-    parameters = _at(runner, draws[:most], places[0])
-    told = tuple(notices.values())
-    issue(told)
-    return Conformance(shares, parameters, tuple(runner.parameters), seed, told)
-
-
-def _checked(
-    runner: Runner,
-    specifications: object,
-    runs: int,
-    failures: int | None,
-    confidence: float,
-    rng: int | Generator | None,
-) -> tuple[dict[str, Specification], int, int | None, float, int]:
-    """The arguments, checked: specifications, runs, failures, confidence and seed."""
     checks = Checks()
     asked = checked_specifications(checks, specifications)
     count = checks.whole("runs", runs, least=2, most=MOST_RUNS)
     if failures is not None:
         failures = checks.whole("failures", failures, least=2)
+    if width is not None:
+        checks.real("width", width, "-", above=0.0, below=1.0)
+    if failures is not None and width is not None:
+        checks.add("failures and width are two rules of when to end: give one")
+    checks.whole("inner", inner, least=0, most=MOST_RUNS)
     level = checks.real("confidence", confidence, "-", above=0.0, below=1.0)
     seed = checks.seed("rng", rng)
+    _check_drawn(checks, study.runner, asked)
+    checks.finish()
+    found = shares_of(study.runner, asked, count, failures, width, inner, level, seed)
+    issue(found.notices)
+    return found
+
+
+def shares_of(
+    runner: Runner,
+    asked: dict[str, Specification],
+    runs: int,
+    failures: int | None,
+    width: float | None,
+    inner: int,
+    confidence: float,
+    seed: int,
+) -> Conformance:
+    """The shares of `conformance`, whose arguments are checked; issues no warnings."""
+    watching, watched = watching_for(runner, asked)
+    at = places(runner.parameters, inner, seed)
+    draws = drawn(runner.parameters, declared_order(runner.build, runner.parameters), runs, seed)
+    # For each place the extremes of each specification's quantity, shape (2, runs).
+    extremes = [[np.empty((2, 0)) for _ in asked] for _ in at]
+    notices: dict[object, Notice] = {}
+    if width is not None:
+        stops = looks(width, runs, confidence)
+    elif failures is not None:
+        stops = [*_doubled(min(_FIRST_PIECE, runs), runs), runs]
+    else:
+        stops = [runs]
+    budget, start = runner.execution.max_seconds, time.perf_counter()
+    done = 0
+    for stop in stops:
+        begun = stop - done
+        for place, found in zip(at, extremes, strict=True):
+            points = _at(runner, draws[done:stop], place)
+            if budget is not None:
+                left = max(budget - (time.perf_counter() - start), 0.0)
+                watching = replace(watching, execution=replace(watching.execution, max_seconds=left))
+            try:
+                made = watching.made(points, watching.settings, midpoint=False)
+            except AllFailedError as error:
+                raise error.first from None
+            late = [one.index for one in made.failures if one.reason == NOT_BEGUN]
+            begun = min([begun, *late])
+            notices = {(notice.code, notice.about): notice for notice in made.notices} | notices
+            for index, (name, one) in enumerate(asked.items()):
+                more = extremes_of(made, name, one, watched[name], len(points))
+                found[index] = np.concatenate([found[index], more], axis=1)
+        done += begun
+        extremes = [[values[:, :done] for values in found] for found in extremes]
+        shares = _shares(asked, watched, at, extremes, confidence, failures, len(stops) if width else 1)
+        if done < stop or _is_enough(shares, failures, width):
+            break
+    most = max(share.runs for share in shares.values())
+    parameters = _at(runner, draws[:most], at[0])
+    return Conformance(shares, parameters, tuple(runner.parameters), seed, tuple(notices.values()))
+
+
+def _check_drawn(checks: Checks, runner: Runner, asked: Mapping[str, Specification]) -> None:
+    """Check that mechanisms can be drawn, and the names of the specifications."""
     sides = [name for name, one in runner.parameters.items() if isinstance(one, Interval)]
     if isinstance(runner.model, FinishedRuns):
         checks.add("the runs of a finished table were not drawn from the distributions of its parameters")
@@ -181,25 +208,22 @@ def _checked(
         )
     if _ALL in asked:
         checks.add(f'specifications["{_ALL}"]: the name is that of all of them together')
-    checks.finish()
-    return asked, count, failures, level, seed
 
 
-def _fewest_outside(watched: dict[str, Watched], extremes: list[list[Array]]) -> int:
-    """Runs outside of the specification that the fewest are outside of."""
-    return min(
-        int(np.count_nonzero(one.is_outside(values)))
-        for found in extremes
-        for one, values in zip(watched.values(), found, strict=True)
+def _doubled(first: int, most: int) -> Iterator[int]:
+    """Numbers of runs below the most, each twice the one before."""
+    while first < most:
+        yield first
+        first *= 2
+
+
+def _is_enough(shares: dict[str, Share], failures: int | None, width: float | None) -> bool:
+    """Whether no further runs are needed."""
+    if failures is not None:
+        return all(np.all(share.counts[:, 1] >= failures) for share in shares.values())
+    return width is not None and all(
+        np.all(np.diff(share.intervals, axis=1) <= width) for share in shares.values()
     )
-
-
-def _pieces(count: int, failures: int | None) -> Iterator[slice]:
-    """The runs in pieces: all at once, or until enough of them are outside."""
-    done, until = 0, count if failures is None else min(_FIRST_PIECE, count)
-    while done < count:
-        yield slice(done, until)
-        done, until = until, min(2 * until, count)
 
 
 def watching_for(runner: Runner, asked: dict[str, Specification]) -> tuple[Runner, dict[str, Watched]]:
@@ -300,18 +324,26 @@ def extremes_of(runs: Runs, name: str, one: Specification, watched: Watched, poi
     return found
 
 
-def _together(
+def _shares(
+    asked: dict[str, Specification],
     watched: dict[str, Watched],
-    places: list[dict[str, float]],
+    at: list[dict[str, float]],
     extremes: list[list[Array]],
-    confidence: float,
-    failures: int | None,
-) -> Share:
-    """The share that keeps to all specifications: each run has the number of those that it breaks."""
-    broken = []
-    for found in extremes:
-        outside = [one.is_outside(values) for one, values in zip(watched.values(), found, strict=True)]
-        count = np.sum(outside, axis=0, dtype=float)
-        broken.append((count, count))
-    words = Specification("specifications broken", below=1)
-    return share_of(_ALL, words, "-", (-np.inf, 1.0), places, broken, confidence, failures)
+    *how: Any,
+) -> dict[str, Share]:
+    """The share of each specification and, if there are several, of all together; see `share_of`."""
+    shares = {}
+    for index, (name, one) in enumerate(asked.items()):
+        own = watched[name]
+        ends = [(found[index][0], found[index][1]) for found in extremes]
+        shares[name] = share_of(name, one, own.unit, own.limits, at, ends, *how)
+    if len(asked) > 1:
+        # Each run has the number of specifications that it breaks.
+        broken = []
+        for found in extremes:
+            outside = [one.is_outside(values) for one, values in zip(watched.values(), found, strict=True)]
+            count = np.sum(outside, axis=0, dtype=float)
+            broken.append((count, count))
+        words = Specification("specifications broken", below=1)
+        shares[_ALL] = share_of(_ALL, words, "-", (-np.inf, 1.0), at, broken, *how)
+    return shares

@@ -309,6 +309,8 @@ class Template:
         runs: int = 1000,
         *,
         failures: int | None = None,
+        width: float | None = None,
+        inner: int = 0,
         confidence: float = 0.95,
         rng: int | Generator | None = 0,
         **options: Any,
@@ -317,7 +319,7 @@ class Template:
 
         Parameters
         ----------
-        runs, failures, confidence, rng
+        runs, failures, width, inner, confidence, rng
             As of `chebclear.conformance`.
         **options
             Keywords of `Study` that replace those of the file.
@@ -329,8 +331,16 @@ class Template:
         """
         if not self.requirements:
             raise ArgumentError("the template has no requirements: give it a table [requirements]")
-        study = self.study(**options)
-        return conformance(study, self.requirements, runs, failures=failures, confidence=confidence, rng=rng)
+        return conformance(
+            self.study(**options),
+            self.requirements,
+            runs,
+            failures=failures,
+            width=width,
+            inner=inner,
+            confidence=confidence,
+            rng=rng,
+        )
 
     def to_toml(self) -> str:
         """The template as TOML; `loads` reads the same template back, to the last bit."""

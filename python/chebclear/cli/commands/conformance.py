@@ -29,8 +29,8 @@ def add(commands: Commands) -> None:
         "what share of mechanisms keeps to the requirements, and how sure that is",
         "Draw mechanisms from the distributions of the parameters, simulate them, and print, for every entry "
         "of the table [requirements], the share that keeps to it, with an exact interval. Parameters are "
-        "drawn that have a distribution; of those that are only intervals, the nominal "
-        "values and corners are taken, and the smallest and the largest share are told.",
+        "drawn that have a distribution; of those that are only intervals, the nominal values, the corners "
+        "and points inside are taken, and the smallest and the largest share are reported.",
         "chebclear conformance examples/toggle_press.toml --runs 2000",
     )
     add_scene(command)
@@ -42,6 +42,19 @@ def add(commands: Commands) -> None:
         type=count,
         metavar="N",
         help="end once so many mechanisms are outside of every requirement (default: make all runs)",
+    )
+    command.add_argument(
+        "--width",
+        type=positive,
+        metavar="X",
+        help="end once the interval of every share is as narrow [-]",
+    )
+    command.add_argument(
+        "--inner",
+        type=count,
+        default=0,
+        metavar="N",
+        help="points inside the box of parameters that are only intervals, besides corners (default: 0)",
     )
     _add_chance(command, "share")
     command.add_argument(
@@ -103,13 +116,19 @@ def conformance(options: argparse.Namespace) -> int:
     require_writable(options.out)
     means = _means(template, options)
     sides = sum(one.interval is not None and one.distribution is None for one in template.parameters.values())
-    # The nominal values of what is only an interval, and all corners.
-    places = 1 + 2**sides if sides else 1
+    # The nominal values of what is only an interval, all corners and points inside.
+    places = 1 + 2**sides + options.inner if sides else 1
     plan_of(template.study(**means), "sample", {"runs": max(2, options.runs * places)}, options)
     if options.plan:
         return 0
     found = template.conformance(
-        options.runs, failures=options.failures, confidence=options.confidence, rng=options.rng, **means
+        options.runs,
+        failures=options.failures,
+        width=options.width,
+        inner=options.inner,
+        confidence=options.confidence,
+        rng=options.rng,
+        **means,
     )
     if options.out is not None:
         with complete_folder(options.out) as folder:

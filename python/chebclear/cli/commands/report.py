@@ -9,6 +9,7 @@ from ...errors import ArgumentError
 from ...loading import load_result
 from ...study.bifurcation import Bifurcation
 from ...study.comparison import Comparison
+from ...study.requirements.conformance import Conformance
 from ..options import Commands, directory, file, new_command
 from ..output import print_json, require_writable
 
@@ -44,8 +45,9 @@ def report(options: argparse.Namespace) -> int:
     if isinstance(result, Bifurcation):
         what = "a bifurcation diagram, which has no report: draw it in Python with load_result(...).plot()"
         raise ArgumentError(f"{options.result} holds {what}")
-    if isinstance(result, Comparison):
-        what = "a comparison of two studies, which has no report: print it in Python with load_result(...)"
+    if isinstance(result, Comparison | Conformance):
+        what = "a comparison of two studies" if isinstance(result, Comparison) else "shares in specification"
+        what += ", which have no report: print them in Python with load_result(...)"
         raise ArgumentError(f"{options.result} holds {what}")
     written = result.report(path, title=options.title)
     if options.json:

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base import files as records
 from ...base.named import Named
-from ...base.shown import Shown, listed
+from ...base.shown import listed
 from ...report import html
 from ...report.document import Table
-from ...run.notices import Notice
+from ...run.notices import Notice, as_plain
 from .exact import exact_interval
 from .specification import Specification
 
@@ -27,10 +29,11 @@ Array = NDArray[np.float64]
 _RUNS_OF_PPK = 3513
 # The quantiles of a process that stand for three standard deviations (ISO 22514).
 _TAILS = (0.00135, 0.5, 0.99865)
+_ARRAYS = ("counts", "intervals", "lowest", "highest")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Share(Shown):
+class Share(records.ArrayRecord):
     """The share of mechanisms that keep to a specification.
 
     Attributes
@@ -49,13 +52,13 @@ class Share(Shown):
         Those whose simulation failed [-].
     confidence : float
         Probability that the true share is between `lower` and `upper` [-].
-    lower, upper : float
-        The interval of the share `[ClopperPearson1934]`; with parameters that are only known as intervals, of
-        the smallest and the largest share at their nominal values and corners [-].
     at : tuple[dict[str, float], ...]
-        Values of the parameters that are only known as intervals [SI units]: nominal ones, then corners.
+        Values of the parameters that are only known as intervals [SI units]: nominal ones, corners, points
+        inside.
     counts : Array
         Runs and those outside, for each of these, shape (values, 2).
+    intervals : Array
+        Interval of the share for each of these `[ClopperPearson1934]` [-], shape (values, 2).
     lowest, highest : Array
         Extremes of the quantity in each run that counts, NaN if it failed, shape (runs,).
     limits : tuple[float, float]
@@ -69,13 +72,26 @@ class Share(Shown):
     outside: int
     failed: int
     confidence: float
-    lower: float
-    upper: float
     at: tuple[dict[str, float], ...]
     counts: Array
+    intervals: Array
     lowest: Array
     highest: Array
     limits: tuple[float, float]
+
+    @property
+    def lower(self) -> float:
+        """Lower end of the interval of the smallest share at the values `at` [-]."""
+        return float(np.min(self.intervals[:, 0]))
+
+    @property
+    def upper(self) -> float:
+        """Upper end of the interval of the largest share at the values `at` [-].
+
+        The largest of the upper ends holds the largest share as surely as each holds its own: the values
+        `at` do not depend on the runs, so that the largest share is that of one of them.
+        """
+        return float(np.max(self.intervals[:, 1]))
 
     @property
     def share(self) -> float:
@@ -112,8 +128,9 @@ class Share(Shown):
         if self.failed:
             text += f", of which {self.failed} failed"
         if len(self.at) > 1:
-            sides = listed(list(self.at[0]), most=4)
-            text += f"; the interval holds at the nominal values and corners of {sides}"
+            sides, inner = listed(list(self.at[0]), most=4), len(self.at) - 1 - 2 ** len(self.at[0])
+            more = f", corners and {inner} points inside" if inner else " and corners"
+            text += f"; the interval holds at the nominal values{more} of {sides}"
         return text + ")"
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
@@ -124,7 +141,7 @@ class Share(Shown):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Conformance(Named[Share]):
+class Conformance(records.Saved, Named[Share], kind="conformance"):
     """The shares of mechanisms that keep to specifications, by their names, and to all of them.
 
     Attributes
@@ -181,6 +198,30 @@ class Conformance(Named[Share]):
     def _repr_html_(self) -> str:
         return html.fragment(repr(self)[1:-1], [self.table])
 
+    def _contents(self) -> records.Contents:
+        arrays = {"drawn": self.parameters}
+        shares = []
+        for number, one in enumerate(self.shares.values()):
+            arrays |= {f"share{number}.{name}": getattr(one, name) for name in _ARRAYS}
+            plain = {item.name: getattr(one, item.name) for item in fields(one) if item.name not in _ARRAYS}
+            shares.append(plain | {"specification": asdict(one.specification)})
+        facts = {"shares": shares, "names": self.parameter_names, "seed": self.seed}
+        return arrays, facts | {"notices": as_plain(self.notices)}
+
+    @classmethod
+    def _from_contents(cls, arrays: Mapping[str, Any], facts: Mapping[str, Any]) -> Self:
+        shares = {}
+        for number, plain in enumerate(facts["shares"]):
+            own = {name: arrays[f"share{number}.{name}"] for name in _ARRAYS}
+            made = {
+                "specification": Specification(**plain["specification"]),
+                "at": tuple(plain["at"]),
+                "limits": tuple(plain["limits"]),
+            }
+            shares[plain["name"]] = Share(**plain | own | made)
+        names, notices = tuple(facts["names"]), Notice.from_plain(facts["notices"])
+        return records.sound(cls(shares, arrays["drawn"], names, facts["seed"], notices))
+
 
 def share_of(
     name: str,
@@ -190,7 +231,8 @@ def share_of(
     at: list[dict[str, float]],
     extremes: list[tuple[Array, Array]],
     confidence: float,
-    failures: int | None,
+    failures: int | None = None,
+    looks: int = 1,
 ) -> Share:
     """The share of a specification from the extremes of its quantity in all runs.
 
@@ -207,13 +249,17 @@ def share_of(
     failures : int or None
         Runs outside after which no further ones count [-]: the interval of as many runs as it took is exact
         then as well.
+    looks : int
+        Numbers of runs at which they could have ended because an interval was narrow enough [-]; all these
+        intervals hold together.
     """
     counts, intervals, kept = [], [], []
+    level = 1.0 - (1.0 - confidence) / looks
     for lowest, highest in extremes:
         is_outside = ~((lowest > limits[0]) & (highest < limits[1]))
         used = counted(is_outside, failures)
         counts.append((used, int(np.count_nonzero(is_outside[:used]))))
-        below, above = exact_interval(counts[-1][1], used, confidence)
+        below, above = exact_interval(counts[-1][1], used, level)
         intervals.append((1.0 - above, 1.0 - below))
         kept.append((lowest[:used], highest[:used]))
     (runs, outside), (lowest, highest) = counts[0], kept[0]
@@ -225,10 +271,9 @@ def share_of(
         outside=outside,
         failed=int(np.count_nonzero(np.isnan(highest))),
         confidence=confidence,
-        lower=min(lower for lower, _ in intervals),
-        upper=max(upper for _, upper in intervals),
         at=tuple(at),
         counts=np.array(counts),
+        intervals=np.array(intervals),
         lowest=lowest,
         highest=highest,
         limits=limits,

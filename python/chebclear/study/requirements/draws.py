@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ...scene.distributions import Distribution
 from ...scene.scene import Interval
+from ..polynomials.points import sobol_points
 
 Array = NDArray[np.float64]
 
@@ -31,11 +32,14 @@ def drawn(
     return points
 
 
-def corners(parameters: Mapping[str, Interval | Distribution]) -> list[dict[str, float]]:
-    """Values of the parameters that are only known as intervals: their nominal ones, then all corners."""
+def places(
+    parameters: Mapping[str, Interval | Distribution], inner: int, seed: int
+) -> list[dict[str, float]]:
+    """Values of the parameters that are only known as intervals: nominal ones, corners, points inside."""
     sides = {name: one for name, one in parameters.items() if isinstance(one, Interval)}
     nominal = {name: side.nominal for name, side in sides.items()}
     if not sides:
         return [nominal]
     ends = itertools.product(*((side.lower, side.upper) for side in sides.values()))
-    return [nominal, *(dict(zip(sides, corner, strict=True)) for corner in ends)]
+    points = [*ends, *(sobol_points(sides, 0, inner, seed).tolist() if inner else ())]
+    return [nominal, *(dict(zip(sides, point, strict=True)) for point in points)]

@@ -54,3 +54,34 @@ def exact_interval(count: int, trials: int, confidence: float) -> tuple[float, f
     lower = 0.0 if count == 0 else end(count - 1, 1.0 - tail)
     upper = 1.0 if count == trials else end(count, tail)
     return lower, upper
+
+
+def looks(width: float, most: int, confidence: float) -> list[int]:
+    """Numbers of trials after which the interval is looked at until it is as narrow as asked.
+
+    They are fixed before the first trial, so that intervals with ``1 - (1 - confidence) / len(looks)`` hold
+    at all of them together with the confidence (Bonferroni). Looking again and again at intervals with the
+    confidence itself, and stopping when one pleases, holds the probability much less often.
+
+    Parameters
+    ----------
+    width : float
+        Width to reach [-], between 0 and 1.
+    most : int
+        Most trials [-].
+    confidence : float
+        Of the interval of which the trials end [-].
+
+    Returns
+    -------
+    list of int
+        From as many trials as give the width if there are no successes among them, doubled each time, to as
+        many as give it whatever there are (Hoeffding's inequality, which is wider than the exact interval).
+    """
+    count = 1
+    while True:
+        rest = math.log(2.0 * count / (1.0 - confidence))
+        first, last = math.ceil(-rest / math.log1p(-width)), min(most, math.ceil(2.0 * rest / width**2))
+        if first * 2 ** (count - 1) >= last:
+            return sorted({min(first * 2**place, last) for place in range(count)})
+        count += 1
