@@ -88,8 +88,8 @@ class Share(records.ArrayRecord):
     def upper(self) -> float:
         """Upper end of the interval of the largest share at the values `at` [-].
 
-        The largest of the upper ends holds the largest share as surely as each holds its own: the values
-        `at` do not depend on the runs, so that the largest share is that of one of them.
+        It needs no correction for their number: they do not depend on the runs, so that the largest share
+        is that of one of them, and its own interval holds it.
         """
         return float(np.max(self.intervals[:, 1]))
 
