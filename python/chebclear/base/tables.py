@@ -8,7 +8,7 @@ from typing import Any
 
 # Numbers below this part of the largest of their quantity are the rounding of sums, some fifty of the last
 # places of a double, and are shown as 0.
-_ROUNDING = 1e-14
+ROUNDING = 1e-14
 
 
 def without_rounding(value: float, scale: float) -> float:
@@ -28,7 +28,7 @@ def without_rounding(value: float, scale: float) -> float:
     >>> without_rounding(-9.3e-17, 0.17), without_rounding(-9.3e-17, 1e-6), without_rounding(0.02, 0.17)
     (0.0, -9.3e-17, 0.02)
     """
-    return 0.0 if abs(value) <= _ROUNDING * abs(scale) else value
+    return 0.0 if abs(value) <= ROUNDING * abs(scale) else value
 
 
 def format_ends(lower: float, upper: float, digits: int = 6) -> str:

@@ -12,6 +12,8 @@ from ..base.units import unit
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from .film import Film
+
 _NUMBER = re.compile(r"[-+−±<>≤≥]?\s?\d")
 _GAPS = ("-", "", "not known")
 
@@ -95,6 +97,16 @@ class Picture:
 
 
 @dataclass(frozen=True)
+class Moving:
+    """A drawing that moves with its charts; only seen first, with the answer."""
+
+    still: Picture
+    """In its place in print and where scripts are not allowed."""
+    film: Callable[[], Film]
+    """Makes what moves; it is asked when the report is written."""
+
+
+@dataclass(frozen=True)
 class Listing:
     """A text to copy or to save: a script, a scene."""
 
@@ -106,7 +118,7 @@ class Listing:
     """What it is, in words."""
 
 
-Block = Text | Items | Table | Picture | Listing
+Block = Text | Items | Table | Picture | Moving | Listing
 
 
 @dataclass(frozen=True)

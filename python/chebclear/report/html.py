@@ -1,8 +1,9 @@
-"""A report as one HTML file that needs no network and runs no scripts."""
+"""A report or a film as one HTML file that needs no network; its only script is the player of films."""
 
 from __future__ import annotations
 
 import base64
+import hashlib
 import os
 import re
 from collections.abc import Sequence
@@ -12,15 +13,29 @@ from typing import TYPE_CHECKING
 
 from ..base.writing import file_names, replaced, with_default_suffix
 from ..errors import ArgumentError
-from .document import Block, Document, Items, Listing, Picture, Section, Table, Text, Verdict
-from .markup import templates_of
+from .document import Block, Document, Items, Listing, Moving, Picture, Section, Table, Text, Verdict
+from .film import Film, player, player_style
+from .markup import element, templates_of
 from .pictures import embedded
 
 if TYPE_CHECKING:
     from jinja2 import Environment
     from markupsafe import Markup
 
-_KINDS = {Text: "text", Items: "items", Table: "table", Picture: "picture", Listing: "listing"}
+_KINDS = {
+    Text: "text",
+    Items: "items",
+    Table: "table",
+    Picture: "picture",
+    Moving: "moving",
+    Listing: "listing",
+}
+# Plays every film of a page.
+_START = """
+for (const one of document.querySelectorAll(".player")) {
+  playFilm(one, JSON.parse(one.firstElementChild.textContent));
+}
+"""
 
 
 def as_html(document: Document, pictures: Path | None = None) -> str:
@@ -40,7 +55,53 @@ def as_html(document: Document, pictures: Path | None = None) -> str:
     environment = _environment()
     environment.globals["anchor"] = partial(_anchor, list(document.sections))
     environment.filters["embedded"] = partial(embedded, files=_files(document, pictures))
-    return environment.get_template("report.html.j2").render(document=document)
+    moves = any(isinstance(block, Moving) for block in document.first)
+    return environment.get_template("report.html.j2").render(document=document, moves=moves, **_parts(moves))
+
+
+def film_page(film: Film, note: str) -> str:
+    """A film as a page of its own.
+
+    Parameters
+    ----------
+    film : Film
+        What it shows. All its texts are escaped.
+    note : str
+        What stands below it.
+
+    Returns
+    -------
+    str
+    """
+    return _environment().get_template("film.html.j2").render(film=film, note=note, **_parts(True))
+
+
+def framed(page: str, title: str) -> str:
+    """A page within another one, such as a notebook; its scripts cannot reach that.
+
+    Parameters
+    ----------
+    page : str
+        The text of the page.
+    title : str
+        What it shows, for readers who cannot see it.
+    """
+    style = "width: 100%; height: 36rem; border: 0"
+    return str(element("iframe", "", title=title, srcdoc=page, sandbox="allow-scripts", style=style))
+
+
+def _parts(moves: bool) -> dict[str, str]:
+    """The policy of a page, and style and script of the player if there is a film on it."""
+    from markupsafe import Markup
+
+    policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
+    if not moves:
+        return {"policy": policy}
+    script = player() + _START
+    # No other script runs, whatever a name of the scene may hold.
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    policy += f"; script-src 'sha256-{digest}'"
+    return {"policy": policy, "script": Markup(script), "style": Markup(player_style())}
 
 
 def fragment(title: str, blocks: Sequence[Block]) -> str:
@@ -64,6 +125,7 @@ def _environment() -> Environment:
     """The templates of this room, and what they may call."""
     environment = templates_of("chebclear.report")
     environment.filters.update(embedded=embedded, download=_download, kind=_kind, breakable=_breakable)
+    environment.filters["json"] = _json
     environment.tests.update(verdict=_is_verdict)
     return environment
 
@@ -112,6 +174,12 @@ def _files(document: Document, folder: Path | None) -> dict[str, Path]:
 
 def _download(listing: Listing) -> str:
     return f"data:text/plain;charset=utf-8;base64,{base64.b64encode(listing.text.encode()).decode()}"
+
+
+def _json(film: Film) -> Markup:
+    from markupsafe import Markup
+
+    return Markup(film.to_json())
 
 
 def _anchor(sections: list[Section], section: Section) -> str:

@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-import base64
 import importlib
 import math
 import os
 import shutil
-import tempfile
 from collections.abc import Sequence
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...base.arguments import Checks, as_number, meant_or_known
 from ...base.writing import replaced
 from ...errors import ArgumentError, MissingProgramError
-from ...report.markup import element
+from ...report.film import Film
+from ...report.html import film_page, framed
 from ...scene.columns import column_words, plain_words
 from ...scene.scene import ClearanceRevolute
 from ..drawing.pose import simulated_poses
 from ..subjects import require, require_name
+from .film import mechanism_words, run_film
 from .motion import motion_of
-from .page import page_of
 from .stage import Stage
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ _JOINT_COLUMNS = ("eccentricity_x", "eccentricity_y", "normal_force", "friction_
 
 
 class Animation:
-    """A run as a moving picture, to be saved; `animate` makes it. Notebooks show it as a GIF."""
+    """A run as a moving picture, to be saved or played in a notebook; `animate` makes it."""
 
     def __init__(self, stage: Stage, rate: int) -> None:
         self._stage, self.rate = stage, rate
@@ -80,18 +80,29 @@ class Animation:
             raise ArgumentError(f"an animation is saved as {', '.join(_ENDINGS)}, got {file.name!r}")
         with replaced(file) as beside:
             if file.suffix == ".html":
-                page = page_of(self._stage, self.rate, self._title(), self._note())
-                beside.write_text(page, encoding="utf-8")
+                beside.write_text(self._page(), encoding="utf-8")
             elif file.suffix == ".gif":
                 self._save_gif(beside)
             else:
                 self._save_movie(beside)
         return file
 
+    @cached_property
+    def widget(self) -> Any:
+        """The animation as a widget of notebooks: its ``frame`` can be read, set and observed; needs the
+        package anywidget."""
+        from .widget import widget_of
+
+        return widget_of(self.film())
+
     def _repr_html_(self) -> str:
-        with tempfile.TemporaryDirectory() as folder:
-            picture = base64.b64encode(self.save(Path(folder, "run.gif")).read_bytes()).decode("ascii")
-        return str(element("img", alt=self._title(), src=f"data:image/gif;base64,{picture}"))
+        return framed(self._page(), mechanism_words(self._stage.motion.scene))
+
+    def _repr_mimebundle_(self, **asked: Any) -> Any:
+        try:
+            return self.widget._repr_mimebundle_(**asked)
+        except MissingProgramError:
+            return {}
 
     def _save_gif(self, file: Path) -> None:
         from PIL import Image
@@ -116,10 +127,12 @@ class Animation:
             mpl.rcParams["animation.ffmpeg_path"] = ffmpeg
             movie.save(str(file), writer="ffmpeg", fps=self.rate)
 
-    def _title(self) -> str:
-        motion = self._stage.motion
-        bodies = ", ".join(plain_words(body.name) for body in motion.scene.bodies)
-        return f"Mechanism of {bodies}"
+    def film(self) -> Film:
+        """What pages and notebooks play."""
+        return run_film(self._stage.motion, self.rate)
+
+    def _page(self) -> str:
+        return film_page(self.film(), self._note())
 
     def _note(self) -> str:
         motion = self._stage.motion

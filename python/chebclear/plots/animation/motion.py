@@ -13,7 +13,7 @@ from ...scene.columns import column_unit
 from ...scene.parts import GROUND, ends_of, owner_of
 from ...scene.scene import ClearancePrismatic, ClearanceRevolute, PinInSlot, Prismatic, Scene
 from ..drawing.pen import strokes_of
-from ..drawing.pose import Pose
+from ..drawing.pose import Pose, colors_of
 from ..drawing.strokes import Owner, Stroke
 from ..drawing.symbols import along
 
@@ -38,20 +38,35 @@ class LooseJoint:
 
 
 @dataclass(frozen=True)
-class Motion:
-    """A part of a run as an animation shows it."""
+class MovingMechanism:
+    """A mechanism in several poses, its frames."""
 
     scene: Scene
-    """What was simulated."""
+    """The mechanism."""
+    strokes: tuple[Stroke, ...]
+    """Its drawing in the first pose, from back to front."""
+    transforms: dict[Owner, Array]
+    """How each owner has moved since the first pose: ``(a, b, c, d, e, f)`` of x' = a x + c y + e and
+    y' = b x + d y + f, shape (frames, 6)."""
+
+    def view(self) -> tuple[Array, Array]:
+        """Lowest and highest corner of all that is drawn in any frame [m]."""
+        lows, highs = [], []
+        for stroke in self.strokes:
+            points = moved(self.transforms[stroke.owner], stroke.points)
+            lows.append(points.min(axis=(0, 1)) - stroke.radius)
+            highs.append(points.max(axis=(0, 1)) + stroke.radius)
+        return np.min(lows, axis=0), np.max(highs, axis=0)
+
+
+@dataclass(frozen=True)
+class Motion(MovingMechanism):
+    """A part of a run as an animation shows it."""
+
     t: Array = field(metadata=unit("s"))
     """Instants of the samples that are shown [s], shape (samples,)."""
     frames: NDArray[np.int64]
     """Which of the samples are frames, shape (frames,)."""
-    strokes: tuple[Stroke, ...]
-    """The mechanism at the first frame."""
-    transforms: dict[Owner, Array]
-    """How each owner has moved since the first frame: ``(a, b, c, d, e, f)`` of x' = a x + c y + e and
-    y' = b x + d y + f, shape (frames, 6)."""
     loose: LooseJoint | None
     """The joint that is magnified; None without one."""
     output: str
@@ -63,15 +78,6 @@ class Motion:
     def unit(self) -> str:
         """Unit of the output."""
         return column_unit(self.output)
-
-    def view(self) -> tuple[Array, Array]:
-        """Lowest and highest corner of all that is drawn in any frame [m]."""
-        lows, highs = [], []
-        for stroke in self.strokes:
-            points = moved(self.transforms[stroke.owner], stroke.points)
-            lows.append(points.min(axis=(0, 1)) - stroke.radius)
-            highs.append(points.max(axis=(0, 1)) + stroke.radius)
-        return np.min(lows, axis=0), np.max(highs, axis=0)
 
 
 def moved(transforms: Array, points: Array) -> Array:
@@ -110,21 +116,36 @@ def motion_of(
     -------
     Motion
     """
-    moments = [Pose(run.scene, poses[index]) for index in samples[frames]]
-    pen = strokes_of(moments[0], travel=_travels(moments))
-    owners = dict.fromkeys(stroke.owner for stroke in pen.strokes)
+    moving = moving_mechanism(run.scene, poses[samples[frames]])
     return Motion(
-        scene=run.scene,
+        **vars(moving),
         t=run.t[samples],
         frames=frames,
-        strokes=tuple(sorted(pen.strokes, key=lambda stroke: stroke.layer)),
-        transforms={
-            owner: np.array([_since(moments[0], pose, owner) for pose in moments]) for owner in owners
-        },
-        loose=None if joint is None else _loose(run, joint, samples, moments[0]),
+        loose=None if joint is None else _loose(run, joint, samples),
         output=output,
         values=run[output][samples],
     )
+
+
+def moving_mechanism(scene: Scene, poses: Array, exaggerate: float = 1.0) -> MovingMechanism:
+    """Draw a mechanism and find how its parts move.
+
+    Parameters
+    ----------
+    scene : Scene
+        The mechanism.
+    poses : ndarray, shape (frames, bodies, 3)
+        Position x, y [m] and angle [rad] of the frame of each body.
+    exaggerate : float
+        Factor by which clearances are drawn larger than they are [-].
+    """
+    moments = [Pose(scene, pose) for pose in poses]
+    strokes = sorted(
+        strokes_of(moments[0], exaggerate, _travels(moments)).strokes, key=lambda stroke: stroke.layer
+    )
+    owners = dict.fromkeys(stroke.owner for stroke in strokes)
+    transforms = {owner: np.array([_since(moments[0], pose, owner) for pose in moments]) for owner in owners}
+    return MovingMechanism(scene, tuple(strokes), transforms)
 
 
 def _since(first: Pose, pose: Pose, owner: Owner) -> Array:
@@ -168,7 +189,7 @@ def _travels(moments: list[Pose]) -> dict[str, tuple[float, float]]:
     return travels
 
 
-def _loose(run: Trajectory, name: str, samples: NDArray[np.int64], pose: Pose) -> LooseJoint:
+def _loose(run: Trajectory, name: str, samples: NDArray[np.int64]) -> LooseJoint:
     joint = next(joint for joint in run.scene.joints if joint.name == name)
     assert isinstance(joint, ClearanceRevolute)
     eccentricity = np.column_stack([run[f"{name}.eccentricity_{axis}"][samples] for axis in "xy"])
@@ -176,6 +197,7 @@ def _loose(run: Trajectory, name: str, samples: NDArray[np.int64], pose: Pose) -
     normal = eccentricity / np.where(size > 0.0, size, 1.0)[:, None]
     tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
     pressed, dragged = (run[f"{name}.{kind}_force"][samples][:, None] for kind in ("normal", "friction"))
-    colors = pose.colors[owner_of(joint.bearing)], pose.colors[owner_of(joint.journal)]
+    colors = colors_of(run.scene)
+    own = colors[owner_of(joint.bearing)], colors[owner_of(joint.journal)]
     # On the journal the normal force points back to the center of the bearing.
-    return LooseJoint(joint, colors, eccentricity, dragged * tangent - pressed * normal)
+    return LooseJoint(joint, own, eccentricity, dragged * tangent - pressed * normal)

@@ -134,15 +134,11 @@ class Stage:
         ax.set_ylim(-VIEW, VIEW)
         ax.set_xticks([])
         ax.set_yticks([])
-        name = plain_words(loose.joint.name)
-        words = f"{name}, clearance drawn {magnification(loose.joint):.3g} times larger;"
-        full = full_force(loose, self.motion.frames)
-        force = f"contact force on the journal, longest arrow: {format_number(full, 3)} N"
         title = ax.set_title("", fontsize="small")
         # The column that holds these axes is wider than they are; some of it is for the numbers of the plot.
         room = 0.8 * (1.0 - _SCENE_SHARE) * self.figure.get_figwidth() * 72.0
-        lines = [in_lines(text, room, float(title.get_fontsize())) for text in (words, force)]
-        title.set_text("\n".join(lines))
+        words = bearing_words(loose, self.motion.frames)
+        title.set_text(in_lines(words, room, float(title.get_fontsize())))
         self.moving += [self.trail, self.journal, self.center, self.shaft, self.head, self.strength]
 
     def _show_bearing(self, loose: LooseJoint, sample: int) -> None:
@@ -164,6 +160,15 @@ class Stage:
         (self.now,) = ax.plot([], [], color=COLORS[0], marker="o", markersize=4.0)
         set_labels(ax, "time [s]", with_unit(column_words(motion.output), motion.unit))
         self.moving += [self.done, self.now]
+
+
+def bearing_words(loose: LooseJoint, frames: NDArray[np.int64]) -> str:
+    """What the magnified joint shows."""
+    name, full = plain_words(loose.joint.name), format_number(full_force(loose, frames), 3)
+    return (
+        f"{name}, clearance drawn {magnification(loose.joint):.3g} times larger; contact force on the "
+        f"journal, longest arrow: {full} N"
+    )
 
 
 def magnification(joint: ClearanceRevolute) -> float:

@@ -40,9 +40,7 @@ class Pose:
                 name: (float(x), float(y), float(angle))
                 for name, (x, y, angle) in zip(self.bodies, poses, strict=True)
             }
-        self.colors = {name: COLORS[index % len(COLORS)] for index, name in enumerate(self.bodies)} | {
-            GROUND: GROUND_COLOR
-        }
+        self.colors = colors_of(scene)
         # The points of each body that a joint uses or the user named; ground counts where it is used.
         self.points: dict[str, list[Array]] = {name: [] for name in (*self.bodies, GROUND)}
         for body in scene.bodies:
@@ -100,6 +98,12 @@ class Pose:
     def _rotated(vector: Sequence[float], angle: float) -> Array:
         sine, cosine = math.sin(angle), math.cos(angle)
         return np.array([cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1]])
+
+
+def colors_of(scene: Scene) -> dict[str, str]:
+    """The color of each body and of ground."""
+    colors = {body.name: COLORS[index % len(COLORS)] for index, body in enumerate(scene.bodies)}
+    return colors | {GROUND: GROUND_COLOR}
 
 
 def simulated_poses(run: Trajectory) -> Array:

@@ -1,0 +1,52 @@
+"""Animations as widgets of notebooks, by the package anywidget."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+from ...errors import MissingProgramError
+from ...report.film import Film, player, player_style
+
+_RENDER = """
+export default { render({ model, el }) {
+  const shown = playFilm(el, JSON.parse(model.get("film")), frame => {
+    if (model.get("frame") !== frame) { model.set("frame", frame); model.save_changes(); }
+  });
+  model.on("change:frame", () => shown.show(model.get("frame")));
+  return shown.stop;
+} };
+"""
+
+
+def widget_of(film: Film) -> Any:
+    """A film as a widget with the traits ``film``, its JSON, and ``frame``.
+
+    Parameters
+    ----------
+    film : Film
+        What it shows.
+
+    Returns
+    -------
+    anywidget.AnyWidget
+
+    Raises
+    ------
+    RuntimeError
+        If the package anywidget is missing.
+    """
+    try:
+        anywidget, traitlets = map(importlib.import_module, ("anywidget", "traitlets"))
+    except ImportError:
+        raise MissingProgramError(
+            "a widget needs the package anywidget: pip install 'chebclear[notebook]'"
+        ) from None
+    traits = {
+        "_esm": player() + _RENDER,
+        "_css": player_style(),
+        "film": traitlets.Unicode().tag(sync=True),
+        "frame": traitlets.Int().tag(sync=True),
+    }
+    # A class of its own, so that importing this module needs no package.
+    return type("AnimationWidget", (anywidget.AnyWidget,), traits)(film=film.to_json())
