@@ -77,7 +77,7 @@ GROUPS = {
     "Scenes": "Scene Body Revolute Prismatic Fixed ClearanceRevolute ClearancePrismatic PinInSlot Stop "
     "Spring Damper Bushing TorsionSpring TorsionDamper Force Torque Gravity JointStart BodyStart "
     "ClearanceStart GuideStart rpm",
-    "Scene files": "load loads",
+    "Scene files": "load loads read_linkage",
     "Runs": "simulate Settings Trajectory load_result animate",
     "Studies": "Study StudyResult Band Surrogate Interval normal lognormal uniform triangular compare "
     "bifurcation restraint_zones require conformance contrast lost_motion modes load_measured",

@@ -18,6 +18,7 @@ from .errors import (
     ChebclearError as ChebclearError,
     ChebclearWarning as ChebclearWarning,
 )
+from .linkages.reading import read_linkage as read_linkage
 from .loading import load_result as load_result
 from .plots.animation.animate import animate as animate
 from .run.settings import Settings as Settings

@@ -30,6 +30,7 @@ PYTHON_ROOMS = [
     "execution",
     "study",
     "templates",
+    "linkages",
     "tradeoffs",
     "decisions",
     "laws",

@@ -1,0 +1,155 @@
+"""Linkages and mechanisms of pylinkage, objects or the JSON that it writes.
+
+Read are ``Ground``, ``Crank``, ``RRRDyad``, ``RRPDyad``, and ``FixedDyad`` and ``PointTracker`` between pins
+of one link; of its mechanisms ground, revolute, prismatic and tracker joints, links and driver links. A
+linkage is read in the position in which it is.
+"""
+
+from __future__ import annotations
+
+import cmath
+from collections.abc import Mapping
+from typing import Any
+
+from ..base.arguments import as_number
+from ..errors import SceneError
+from .linkage import Link, Linkage, Slot
+
+
+def of_components(source: Any) -> Linkage:
+    """A `pylinkage.Linkage`."""
+    read = Linkage(str(source.name), links={})
+    for part in source.components:
+        if type(part).__name__ == "Ground":
+            read.ground[part.name] = complex(*part.position)
+    # In the order in which pylinkage solves them, so that the links of an anchor are known.
+    for part in getattr(source, "_solve_order", None) or source._find_solve_order():
+        kind = type(part).__name__
+        if kind == "Crank":
+            if read.crank is not None:
+                read.refuse(part.name, "is a second crank: one is read")
+                continue
+            name = f"{part.name}_link"
+            bar = _bar(read, name, part.anchor, part, part.radius)
+            read.crank = (bar.name, part.anchor.name)
+        elif kind == "RRRDyad":
+            _bar(read, f"{part.name}_link1", part.anchor1, part, part.distance1)
+            _bar(read, f"{part.name}_link2", part.anchor2, part, part.distance2)
+        elif kind == "RRPDyad":
+            _bar(read, f"{part.name}_link", part.revolute_anchor, part, part.distance)
+            _slot(read, part)
+        elif kind in ("FixedDyad", "PointTracker"):
+            _point(read, part.name, part.anchor1.name, part.anchor2.name, part.distance, part.angle)
+        elif kind != "Ground":
+            read.refuse(part.name, f"is a {kind}, for which there is no part in a scene")
+    return read
+
+
+def _bar(read: Linkage, name: str, anchor: Any, part: Any, length: float) -> Link:
+    bearing = cmath.phase(complex(*part.position) - complex(*anchor.position))
+    read.links[name] = Link(name, {anchor.name: 0j, part.name: complex(length)}, bearing)
+    return read.links[name]
+
+
+def _slot(read: Linkage, part: Any) -> None:
+    """The line of a slider, through two pins of ground or of one link."""
+    names = (part.line_anchor1.name, part.line_anchor2.name)
+    link = read.holding(*names)
+    if read.ground.keys() >= set(names):
+        owner, places = "ground", read.ground
+    elif link is not None:
+        owner, places = link.name, link.points
+    else:
+        read.refuse(part.name, f"slides along a line through {names[0]} and {names[1]}, which no link joins")
+        return
+    start, end = (places[name] for name in names)
+    read.slots.append(Slot(part.name, owner, start, end - start))
+
+
+def _point(read: Linkage, name: str, first: str, second: str, distance: float, angle: float) -> None:
+    link = read.holding(first, second)
+    if link is not None:
+        link.add(name, first, second, distance, angle)
+    elif read.ground.keys() >= {first, second}:
+        frame = Link("", read.ground)
+        frame.add(name, first, second, distance, angle)
+    else:
+        read.refuse(name, f"is placed by {first} and {second}, which no link joins: no rigid body has it")
+
+
+def of_mechanism(values: Mapping[str, Any]) -> Linkage:
+    """A mechanism as pylinkage writes it to JSON."""
+    read = Linkage(str(values.get("name", "")))
+    joints = {str(joint.get("id")): joint for joint in _tables(read, values, "joints")}
+    links = {str(link.get("id")): link for link in _tables(read, values, "links")}
+    kinds = {pin: joint.get("type", "revolute") for pin, joint in joints.items()}
+    for link in links.values():
+        fixed = link.get("joints", []) if link.get("type") == "ground" else [link.get("motor_joint")]
+        kinds |= dict.fromkeys(set(fixed) & set(kinds), "ground")
+    places = {}
+    for pin, joint in joints.items():
+        if kinds[pin] not in ("ground", "revolute", "prismatic", "tracker"):
+            read.refuse(
+                f"joints.{pin}", f'has the type "{kinds[pin]}", for which there is no part in a scene'
+            )
+        if kinds[pin] != "tracker":
+            places[pin] = _place(read, f"joints.{pin}.position", joint.get("position"))
+    read.ground = {pin: place for pin, place in places.items() if kinds[pin] == "ground"}
+    for name, link in links.items():
+        _read_link(read, name, link, places)
+    read.finish()
+    for pin, joint in joints.items():
+        if kinds[pin] == "prismatic":
+            along, point = (
+                joint.get(key, default) for key, default in (("axis", [1, 0]), ("line_point", [0, 0]))
+            )
+            axis = _place(read, f"joints.{pin}.axis", along)
+            read.slots.append(Slot(pin, "ground", _place(read, f"joints.{pin}.line_point", point), axis))
+        elif kinds[pin] == "tracker":
+            numbers = [as_number(joint.get(key, 0.0)) or 0.0 for key in ("distance", "angle")]
+            _point(read, pin, str(joint.get("ref_joint1_id")), str(joint.get("ref_joint2_id")), *numbers)
+    return read
+
+
+def _read_link(read: Linkage, name: str, link: Mapping[str, Any], places: Mapping[str, complex]) -> None:
+    kind, pins = link.get("type", "link"), [pin for pin in link.get("joints", []) if pin in places]
+    path = f"links.{name}"
+    if kind == "ground":
+        return
+    if kind not in ("link", "driver"):
+        read.refuse(path, f'has the type "{kind}", for which there is no part in a scene')
+    elif len(pins) < 2:
+        read.refuse(path, "must have two joints or more")
+    elif kind == "driver" and (len(pins) != 2 or link.get("motor_joint") not in pins):
+        read.refuse(path, "is driven and must have two joints, one of them its motor_joint")
+    elif kind == "driver" and read.crank is not None:
+        read.refuse(path, "is a second driver: one is read")
+    else:
+        if kind == "driver":
+            pins.sort(key=lambda pin: pin != link["motor_joint"])
+            read.crank = (name, pins[0])
+        read.links[name] = Link.through(name, {pin: places[pin] for pin in pins})
+        start = as_number(link.get("initial_angle", 0.0))
+        if (
+            kind == "driver"
+            and start is not None
+            and abs(cmath.rect(1.0, start - read.links[name].angle) - 1) > 1e-9
+        ):
+            read.refuse(path, "is not drawn at its initial_angle: save the mechanism at its start")
+
+
+def _tables(read: Linkage, values: Mapping[str, Any], name: str) -> list[Mapping[str, Any]]:
+    """The entries of a list."""
+    found = values.get(name)
+    if isinstance(found, list) and all(isinstance(one, Mapping) and "id" in one for one in found):
+        return found
+    read.refuse(name, "must be a list of tables with an id, as mechanism_to_json of pylinkage writes it")
+    raise SceneError(read.problems)
+
+
+def _place(read: Linkage, path: str, pair: Any) -> complex:
+    numbers = [as_number(one) for one in pair] if isinstance(pair, list) and len(pair) == 2 else [None]
+    if None in numbers:
+        read.refuse(path, f"must be two numbers, got {pair!r:.80}")
+        return 0j
+    return complex(*(number or 0.0 for number in numbers))
