@@ -45,13 +45,7 @@ def verdicts(result: StudyResult) -> Rows:
     return rows
 
 
-def finish(
-    result: StudyResult,
-    options: argparse.Namespace,
-    title: str,
-    plan: Plan | None,
-    shares: Conformance | None = None,
-) -> int:
+def finish(result: StudyResult, options: argparse.Namespace, title: str, plan: Plan | None) -> int:
     """Write what was asked for under this title, print shares and verdicts, and judge these."""
     table = verdicts(result)
     rankings = _rankings(result)
@@ -59,9 +53,9 @@ def finish(
         with complete_folder(options.out) as folder:
             result.save(folder / "study.npz")
             write_table(table, folder, "verdicts")
-            texts = [*([] if shares is None else [str(shares)]), str(result), *rankings]
+            texts = [str(result), *rankings]
             (folder / "result.txt").write_text("\n\n".join(texts) + "\n", encoding="utf-8")
-            document = study_document(result, title, shares)
+            document = study_document(result, title)
             html.write(document, folder / "report.html", pictures=folder)
     accepted = DEMANDS.get(options.require, ())
     poor = [row["output"] for row in table if accepted and row["verdict"] not in accepted]
@@ -73,7 +67,7 @@ def finish(
                 "plan": None if plan is None else dataclasses.asdict(plan),
                 "runs": len(result.parameters),
                 "intervals": {name: [side.lower, side.upper] for name, side in result.intervals.items()},
-                "shares": [] if shares is None else share_rows(shares),
+                "shares": [] if result.conformance is None else share_rows(result.conformance),
                 "verdicts": table,
                 "rankings": rankings,
                 "statement": result.statement,
@@ -82,8 +76,6 @@ def finish(
             }
         )
         return EXIT_NOT_MET if poor else 0
-    if shares is not None:
-        print(shares, end="\n\n")
     print(at_the_command_line(str(result)), end="\n\n")
     for text in rankings:
         print(at_the_command_line(text), end="\n\n")

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.random import Generator
@@ -13,32 +13,36 @@ from numpy.typing import NDArray
 
 from ..base.arguments import Checks, meant_or_known
 from ..errors import ArgumentError, ArgumentTypeError
-from ..execution.failures import AllFailedError
+from ..execution.failures import AllFailedError, count_failed
 from ..execution.pieces import NOT_BEGUN
 from ..run.features import lowest, peak
 from ..run.notices import Notice, issue
 from ..run.settings import Settings
 from ..scene.columns import column_unit
-from ..scene.scene import Interval
+from ..scene.distributions import Uniform
+from . import sampled
+from .designs import Design, carried_out
 from .features.features import FeatureSpec, outputs_of, tracked_features
 from .requirements.conformance import Conformance, Share, share_of
-from .requirements.draws import drawn, places
+from .requirements.draws import check_drawn, drawn, places
 from .requirements.exact import looks
-from .requirements.specification import Specification, checked_specifications
+from .requirements.specification import ALL, Specification, checked_specifications
+from .results import StudyResult
 from .runner import Runner
 from .sources.finished import FinishedRuns
 from .sources.scenes import MOST_RUNS, Runs
 from .sources.units import units_of
 from .spec import declared_order
-from .study import Study
+
+if TYPE_CHECKING:
+    from .study import Study
 
 Array = NDArray[np.float64]
 
 # Runs of the first piece where failures end them; each further piece doubles them.
 _FIRST_PIECE = 200
-# Parameters that are only known as intervals: their corners are two to this power.
-_MOST_INTERVALS = 6
-_ALL = "all"
+# Of the mechanisms that a study draws for its requirements: their least number, and of their intervals [-].
+_LEAST_RUNS, _CONFIDENCE = 100, 0.95
 
 
 @dataclass(frozen=True)
@@ -60,7 +64,7 @@ class Watched:
 
 def conformance(
     study: Study,
-    specifications: Specification | Sequence[Specification] | Mapping[str, Specification],
+    specifications: Specification | Sequence[Specification] | Mapping[str, Specification] | None = None,
     runs: int = 1000,
     *,
     failures: int | None = None,
@@ -80,8 +84,8 @@ def conformance(
     ----------
     study : Study
         The mechanism, or a model of your own.
-    specifications : Specification, or sequence or mapping of them by name
-        What to keep to, made by `require`.
+    specifications : Specification, or sequence or mapping of them by name, optional
+        What to keep to, made by `require`; the requirements of the study if not given.
     runs : int
         Mechanisms to simulate, or the most of them [-]; times the points of parameters that are intervals.
         They are fewer where `max_seconds` of the study ends them.
@@ -118,10 +122,14 @@ def conformance(
     >>> print(cc.conformance(study, {"play": cc.require("play", above=0.04)}, 4000))
     play: 98.0 % in specification, between 97.6 % and 98.5 % with 95 % confidence (78 of 4000 outside)
     """
-    if not isinstance(study, Study):
+    if not isinstance(getattr(study, "runner", None), Runner):
         raise ArgumentTypeError(f"study must be a Study, got {study!r:.80}")
     checks = Checks()
-    asked = checked_specifications(checks, specifications)
+    asked = study.runner.requirements
+    if specifications is not None:
+        asked = checked_specifications(checks, specifications)
+    elif not asked:
+        checks.add("specifications: give some, or the study its requirements")
     count = checks.whole("runs", runs, least=2, most=MOST_RUNS)
     if failures is not None:
         failures = checks.whole("failures", failures, least=2)
@@ -132,9 +140,11 @@ def conformance(
     checks.whole("inner", inner, least=0, most=MOST_RUNS)
     level = checks.real("confidence", confidence, "-", above=0.0, below=1.0)
     seed = checks.seed("rng", rng)
-    _check_drawn(checks, study.runner, asked)
+    if isinstance(study.runner.model, FinishedRuns):
+        checks.add("the runs of a finished table were not drawn from the distributions of its parameters")
+    check_drawn(checks, study.runner.parameters)
     checks.finish()
-    found = shares_of(study.runner, asked, count, failures, width, inner, level, seed)
+    found = shares_of(study.runner, asked, count, level, seed, failures, width, inner)
     issue(found.notices)
     return found
 
@@ -143,11 +153,11 @@ def shares_of(
     runner: Runner,
     asked: dict[str, Specification],
     runs: int,
-    failures: int | None,
-    width: float | None,
-    inner: int,
     confidence: float,
     seed: int,
+    failures: int | None = None,
+    width: float | None = None,
+    inner: int = 0,
 ) -> Conformance:
     """The shares of `conformance`, whose arguments are checked; issues no warnings."""
     watching, watched = watching_for(runner, asked)
@@ -191,23 +201,95 @@ def shares_of(
     return Conformance(shares, parameters, tuple(runner.parameters), seed, tuple(notices.values()))
 
 
-def _check_drawn(checks: Checks, runner: Runner, asked: Mapping[str, Specification]) -> None:
-    """Check that mechanisms can be drawn, and the names of the specifications."""
-    sides = [name for name, one in runner.parameters.items() if isinstance(one, Interval)]
-    if isinstance(runner.model, FinishedRuns):
-        checks.add("the runs of a finished table were not drawn from the distributions of its parameters")
-    elif not runner.random:
-        checks.add(
-            "no parameter has a distribution: an interval says nothing of how often its values occur; give "
-            "cc.normal(mean, standard_deviation), cc.lognormal, cc.uniform or cc.triangular in its place"
-        )
-    if len(sides) > _MOST_INTERVALS:
-        checks.add(
-            f"{len(sides)} parameters are only known as intervals, whose corners are too many; at most "
-            f"{_MOST_INTERVALS} are accepted: give the others a distribution"
-        )
-    if _ALL in asked:
-        checks.add(f'specifications["{_ALL}"]: the name is that of all of them together')
+def answered(runner: Runner, make: Callable[..., Design], *how: Any, own: bool = False) -> StudyResult:
+    """The result of a method, with the shares of the requirements of the study.
+
+    They are those of its runs if these are draws from the distributions, else of as many other mechanisms.
+
+    Parameters
+    ----------
+    runner : Runner
+        The study.
+    make, *how
+        The method and its arguments: the design is ``make(runner, *how)``.
+    own : bool
+        Whether the method may draw its runs independently.
+    """
+    asked = runner.requirements
+    own = own and _are_draws(runner)
+    following = _following(runner) if own else runner
+    design = make(following, *how)
+    own, shares = own and design.independent, None
+    if asked and not own:
+        shares = _of_others(runner, design.settings, len(design.points), design.seed)
+    result = carried_out(following, design)
+    return _with(result, _of_runs(runner, result) if own else shares)
+
+
+def extended(
+    runner: Runner, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult]
+) -> StudyResult:
+    """The result of `StudyResult.extend` with the shares of all runs."""
+    own = result.conformance is not None and result.conformance.seed is None
+    more = sampled.extended(_following(runner) if own else runner, result, runs, include)
+    requirement = more.requirement
+    assert requirement is not None, "only results of band can be extended"
+    if own and len(more.parameters) == requirement.runs:  # without included ones
+        return _with(more, _of_runs(runner, more))
+    if not runner.requirements:
+        return more
+    count = requirement.runs + len(more.failures)
+    return _with(more, _of_others(runner, more.settings, count, requirement.seed))
+
+
+def _are_draws(runner: Runner) -> bool:
+    """Whether independent points of the box are draws from the distributions, and all samples are there."""
+    uniform = all(isinstance(one, Uniform) for one in runner.parameters.values())
+    return (
+        bool(runner.requirements) and uniform and all(one.at is None for one in runner.requirements.values())
+    )
+
+
+def _following(runner: Runner) -> Runner:
+    """The runner with the features that its requirements need."""
+    if runner.settings is None:
+        return runner
+    features = watching_for(runner, runner.requirements)[0].features
+    settings = replace(runner.settings, features=tracked_features(features.values()))
+    return replace(runner, features=features, settings=settings)
+
+
+def _of_others(runner: Runner, settings: Settings | None, runs: int, seed: int) -> Conformance:
+    """Shares of as many mechanisms, simulated as those of the study."""
+    alike = replace(runner, settings=settings)
+    return shares_of(alike, runner.requirements, max(_LEAST_RUNS, runs), _CONFIDENCE, seed)
+
+
+def _of_runs(runner: Runner, result: StudyResult) -> Conformance:
+    """Shares of the mechanisms of a result, which were drawn from the distributions."""
+    watched = watching_for(runner, runner.requirements)[1]
+    failed = np.full((2, count_failed(result.failures)), np.nan)
+    extremes = []
+    for name, one in runner.requirements.items():
+        ends = watched[name].features or (one.quantity, one.quantity)
+        if all(end in result.features.names for end in ends):
+            lowest, highest = (result.features.runs[:, :, result.features.names.index(end)] for end in ends)
+        else:
+            lowest = highest = result.values(one.quantity)
+        found = np.stack([lowest.min(axis=1), highest.max(axis=1)])
+        extremes.append(np.concatenate([found, failed], axis=1))
+    at = places(runner.parameters, 0, 0)
+    shares = _shares(runner.requirements, watched, at, [extremes], _CONFIDENCE, None)
+    return Conformance(shares, result.parameters, result.parameter_names, None)
+
+
+def _with(result: StudyResult, shares: Conformance | None) -> StudyResult:
+    """The result with shares, and with what else is to be said of these."""
+    if shares is None:
+        return result
+    known = {(one.code, one.about) for one in result.notices}
+    more = [one for one in shares.notices if (one.code, one.about) not in known]
+    return replace(result, conformance=shares, notices=(*result.notices, *more))
 
 
 def _doubled(first: int, most: int) -> Iterator[int]:
@@ -345,5 +427,5 @@ def _shares(
             count = np.sum(outside, axis=0, dtype=float)
             broken.append((count, count))
         words = Specification("specifications broken", below=1)
-        shares[_ALL] = share_of(_ALL, words, "-", (-np.inf, 1.0), at, broken, *how)
+        shares[ALL] = share_of(ALL, words, "-", (-np.inf, 1.0), at, broken, *how)
     return shares

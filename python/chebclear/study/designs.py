@@ -58,6 +58,10 @@ class Design:
     """What the result takes besides the samples."""
     result: Callable[[Runs], StudyResult]
     """Makes the result of the runs."""
+    independent: bool = False
+    """Whether the points are independent and uniform in the box."""
+    seed: int = 0
+    """Seed of the points."""
 
 
 def carried_out(runner: Runner, design: Design) -> StudyResult:
@@ -120,7 +124,12 @@ def sample(runner: Runner, runs: int, rng: int | Generator | None) -> Design:
     else:
         points, independent, kept = runner.drawn(lambda box: uniform_points(box, count, start)), True, start
     design = on_grid(runner, points, (len(points),), random=independent, kind="sample")
-    return replace(design, result=lambda made: replace(design.result(made), seed=kept))
+    return replace(
+        design,
+        result=lambda made: replace(design.result(made), seed=kept),
+        independent=independent,
+        seed=start,
+    )
 
 
 def on_grid(

@@ -98,6 +98,8 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
         Seed of the points of `Study.sample`; None for the others, see `requirement`.
     spec : StudySpec | None
         What was asked of the study; None in files of earlier versions.
+    conformance : Conformance | None
+        Shares in specification, if the study has requirements.
     """
 
     kind: str
@@ -124,6 +126,7 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
     units: dict[str, str] = field(default_factory=dict)
     seed: int | None = None
     spec: StudySpec | None = field(default=None, compare=False)  # the same may be asked in other words
+    conformance: Conformance | None = None
 
     def __str__(self) -> str:
         return summary(self)
@@ -396,13 +399,7 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
             metadata | common_facts(self.settings, self.scene, self.warnings),
         )
 
-    def report(
-        self,
-        path: str | os.PathLike[str],
-        *,
-        title: str | None = None,
-        conformance: Conformance | None = None,
-    ) -> Path:
+    def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
         """Write a report of the study: one HTML file that needs no network and runs no scripts.
 
         Parameters
@@ -411,23 +408,21 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
             The file; ``.html`` is appended if there is no suffix. An existing file is replaced.
         title : str, optional
             The heading: the question in words.
-        conformance : Conformance, optional
-            Shares in specification of the same study, from `chebclear.conformance`: the report answers with
-            them first.
 
         Returns
         -------
         Path
             The file written.
         """
-        return html.write(study_document(self, title, conformance), path)
+        return html.write(study_document(self, title), path)
 
     def _contents(self) -> records.Contents:
         empty = np.empty((len(self.parameters) + 1, len(self.t), 0))
         parts = list(zip(*map(self._tables, self.bands), strict=True))
         values = records.Stacked(parts) if self.bands else empty
         arrays = {"t": self.t, "values": values, "parameters": self.parameters}
-        return arrays | more_arrays(self), facts_of(self)
+        shares, facts = ({}, None) if self.conformance is None else self.conformance._contents()
+        return {**arrays, **more_arrays(self), **shares}, {**facts_of(self), "conformance": facts}
 
     @classmethod
     def _from_contents(cls, arrays: Mapping[str, Any], facts: Mapping[str, Any]) -> Self:
@@ -455,6 +450,9 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
             units=facts.get("units"),
             seed=facts.get("seed"),
             spec=StudySpec.from_facts(facts["spec"]) if facts.get("spec") is not None else None,
+            conformance=Conformance._from_contents(arrays, facts["conformance"])
+            if facts.get("conformance")
+            else None,
         )
         if not found.bands and not found.features:
             raise ValueError("it has neither outputs nor features")

@@ -22,6 +22,8 @@ from ..scene.distributions import Distribution, Uniform
 from ..scene.scene import Interval, Scene
 from ..scene.structure import ManyScenes
 from .features.features import FeatureSpec, checked_features, tracked_features
+from .requirements.draws import check_drawn
+from .requirements.specification import Specification, checked_specifications
 from .sources.finished import FinishedRuns
 from .sources.own import OwnModel, check_own_features, check_unused
 from .sources.scenes import Many, Runs, SceneRuns
@@ -64,6 +66,8 @@ class Runner:
     """Where runs are simulated, and how failed runs are treated."""
     progress: bool | Progress | None
     """Progress reports."""
+    requirements: dict[str, Specification]
+    """Limits that outputs and features must keep to, by name."""
 
     @property
     def random(self) -> dict[str, Distribution]:
@@ -91,6 +95,7 @@ class Runner:
             cycles=cycles,
             on_failure=self.execution.on_failure,
             run_seconds=self.execution.run_seconds,
+            requirements=self.requirements,
             table=isinstance(self.model, FinishedRuns),
         )
 
@@ -204,6 +209,7 @@ def checked_runner(
     features: Mapping[str, FeatureSpec] | None,
     units: Mapping[str, str] | None,
     version: str | None,
+    requirements: object,
     options: RunOptions,
     progress: bool | Progress | None,
     how: tuple[Any, ...],
@@ -236,6 +242,10 @@ def checked_runner(
         checks.add(f'version must be a text, such as "1", got {version!r}', wrong_type=True)
     if version is not None and (simulated or execution.store is None):
         checks.add("version is for a model of your own with a store, which compares it")
+    required: dict[str, Specification] = {}
+    if requirements is not None:
+        required = checked_specifications(checks, requirements, "requirements")
+        check_drawn(checks, parameters)
     model = None
     if simulated:
         more = {"outputs": outputs, "features": tracked_features(asked.values()), **options}
@@ -260,4 +270,5 @@ def checked_runner(
         rtol_given=settings_given or "rtol" in options,
         execution=execution,
         progress=progress,
+        requirements=required,
     )

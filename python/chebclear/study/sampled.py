@@ -238,8 +238,12 @@ def _design(
     others: Sequence[StudyResult],
 ) -> Design:
     """Runs at the points and the midpoint, whose result is that of a band."""
-    usage = band_usage(*points.shape)
-    return Design(points, settings, usage, lambda made: _made(runner, requirement, points, made, others))
+    usage, alone = band_usage(*points.shape), requirement.independent and not others
+
+    def result(made: Runs) -> StudyResult:
+        return _made(runner, requirement, points, made, others)
+
+    return Design(points, settings, usage, result, alone, requirement.seed)
 
 
 def _made(

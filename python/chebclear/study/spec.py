@@ -23,10 +23,11 @@ from ..errors import ArgumentError, Problem, SceneError
 from ..execution.options import OnFailure
 from ..run.features import Feature
 from ..run.settings import RunOptions, Settings
-from ..scene.distributions import Distribution, Uniform
+from ..scene.distributions import Distribution
 from ..scene.scene import Interval, Scene
 from ..scene.schema import Part, read, write
 from .features.features import FeatureSpec
+from .requirements.specification import Specification
 from .sources.scenes import MOST_NODES, MOST_RUNS
 
 MAX_RUNS = 20_000
@@ -83,6 +84,8 @@ class StudySpec:
         Treatment of failed runs.
     run_seconds : float | None
         Time limit of a run [s].
+    requirements : Mapping[str, Specification]
+        Limits that outputs and features must keep to, by name.
     table : bool
         Whether the runs were a table of finished ones, to which none can be added.
     """
@@ -98,10 +101,11 @@ class StudySpec:
     cycles: int = 1
     on_failure: OnFailure = "collect"
     run_seconds: float | None = field(default=None, metadata=unit("s"))
+    requirements: Mapping[str, Specification] = field(default_factory=dict)
     table: bool = False
 
     def __post_init__(self) -> None:
-        for name in ("parameters", "fixed", "features", "units"):
+        for name in ("parameters", "fixed", "features", "units", "requirements"):
             object.__setattr__(self, name, ReadOnlyDict(getattr(self, name)))
 
     @property
@@ -113,11 +117,6 @@ class StudySpec:
     def random(self) -> dict[str, Distribution]:
         """Distributions of the parameters that have one."""
         return {name: one for name, one in self.parameters.items() if isinstance(one, Distribution)}
-
-    @property
-    def uneven(self) -> tuple[str, ...]:
-        """Parameters with another distribution than a uniform one."""
-        return tuple(name for name, one in self.random.items() if not isinstance(one, Uniform))
 
     @property
     def mechanism(self) -> str | None:
@@ -182,6 +181,7 @@ class StudySpec:
             units=self.units,
             on_failure=self.on_failure,
             run_seconds=self.run_seconds,
+            requirements=self.requirements or None,
             **options,
         )
 
@@ -207,6 +207,7 @@ class StudySpec:
             "cycles": self.cycles,
             "on_failure": self.on_failure,
             "run_seconds": self.run_seconds,
+            "requirements": {name: dataclasses.asdict(one) for name, one in self.requirements.items()},
             "table": self.table,
         }
 
@@ -230,6 +231,7 @@ class StudySpec:
             cycles=facts["cycles"],
             on_failure=facts["on_failure"],
             run_seconds=facts["run_seconds"],
+            requirements={k: Specification(**one) for k, one in facts.get("requirements", {}).items()},
             table=facts["table"],
         )
 
@@ -363,10 +365,8 @@ def public(name: str) -> Any:
 
 def _packed(one: object) -> bytes | None:
     """A Python object for another process; None if it cannot leave this one."""
-    if isinstance(one, Absent):
-        return None
     try:
-        return pickle.dumps(one)
+        return None if isinstance(one, Absent) else pickle.dumps(one)
     except Exception:  # whatever the object or its parts raise
         return None
 

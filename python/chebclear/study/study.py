@@ -23,21 +23,19 @@ from ..scene.distributions import Distribution
 from ..scene.scene import Interval, Scene
 from . import designs, sampled
 from .band.worst import WorstCase
-from .designs import Design, carried_out, plan_of, simulated_extremes
+from .conforming import answered, extended
+from .designs import Design, plan_of, simulated_extremes
 from .features.features import FeatureSpec
 from .function import StudyFunction, function_of
 from .polynomials.surrogate import BoundKind
+from .requirements.specification import Specification
 from .results import StudyResult
 from .runner import checked_runner
 from .sources.finished import FinishedRuns, finished_runs
 from .spec import MAX_RUNS
 
-_DESIGNS: dict[str, Callable[..., Design]] = {
-    "band": sampled.band,
-    "chebyshev": designs.chebyshev,
-    "scan": designs.scan,
-    "sample": designs.sample,
-}
+_DESIGNS: dict[str, Callable[..., Design]]
+_DESIGNS = {"band": sampled.band} | {name: getattr(designs, name) for name in ("chebyshev", "scan", "sample")}
 
 
 @with_settings(RunOptions)
@@ -82,9 +80,8 @@ class Study:
         ``"t"``, arrays and numbers that the model returned.
     units : mapping of str to str, optional
         Units by the names of parameters, of features that callables return, and, for a model of your own, of
-        everything it returns, such as ``{"stiffness": "N/m", "x": "m"}``. Tables, pictures, exports and
-        reports show them; nothing is converted. Outputs of simulations, and parameters of ready-made
-        mechanisms and scene files, have their units already.
+        everything it returns, such as ``{"stiffness": "N/m", "x": "m"}``. Nothing is converted. Outputs of
+        simulations, and parameters of ready-made mechanisms and scene files, have their units already.
     store : path, optional
         Folder that keeps every finished run; created if it does not exist. An interrupted study continues
         from there with exactly the same result, and a later study of the mechanism simulates only new runs.
@@ -109,6 +106,9 @@ class Study:
         If False, the samples of all runs are in a file in the folder of the store, which the system reads as
         they are needed; for more runs than fit into the memory. The file disappears with the result. Not for
         a model of your own.
+    requirements : Specification, or sequence or mapping of them by name, optional
+        Limits made by `require`, answered first: `StudyResult.conformance` has the shares, of the runs if
+        these are independent and all parameters `uniform`, else of as many drawn from the distributions.
 
     Raises
     ------
@@ -153,10 +153,11 @@ class Study:
         max_seconds: float | None = None,
         in_memory: bool = True,
         units: Mapping[str, str] | None = None,
+        requirements: Specification | Sequence[Specification] | Mapping[str, Specification] | None = None,
         **options: Unpack[RunOptions],
     ) -> None:
         how = threads, executor, store, on_failure, run_seconds, max_seconds, in_memory
-        what = build, parameters, outputs, settings, fixed, features, units, version
+        what = build, parameters, outputs, settings, fixed, features, units, version, requirements
         self.runner = checked_runner(*what, options, progress, how)
 
     @property
@@ -216,7 +217,7 @@ class Study:
         ValueError, TypeError
             If an argument is wrong; all problems are listed.
         """
-        return self._made(designs.chebyshev(self.runner, degree, nodes, bounds, max_runs))
+        return self._made(designs.chebyshev, degree, nodes, bounds, max_runs)
 
     def scan(self, points: int | Mapping[str, int] = 10, *, max_runs: int = MAX_RUNS) -> StudyResult:
         """Brute force: simulate on equally spaced points; the bounds are the extremes of the runs.
@@ -241,7 +242,7 @@ class Study:
         SceneError, SimulationError, ValueError, TypeError
             As `chebyshev`.
         """
-        return self._made(designs.scan(self.runner, points, max_runs))
+        return self._made(designs.scan, points, max_runs)
 
     def band(
         self,
@@ -319,13 +320,13 @@ class Study:
             As `chebyshev`.
         """
         how = seconds, confidence, rtol, rng, include, max_runs, revolutions, discard, angle
-        return self._made(sampled.band(self.runner, runs, coverage, *how))
+        return self._made(sampled.band, runs, coverage, *how, own=revolutions is None)
 
     def extended(
         self, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult] = ()
     ) -> StudyResult:
         """A result of `band` with further runs; see `StudyResult.extend`."""
-        return self._issued(sampled.extended(self.runner, result, runs, include))
+        return self._issued(extended(self.runner, result, runs, include))
 
     def sample(self, runs: int = 81, *, rng: int | Generator | None = 0) -> StudyResult:
         """Simulate at independent, uniformly distributed random points of the box, as for features.
@@ -348,7 +349,7 @@ class Study:
         SceneError, SimulationError, ValueError, TypeError
             As `chebyshev`.
         """
-        return self._made(designs.sample(self.runner, runs, rng))
+        return self._made(designs.sample, runs, rng, own=True)
 
     def function(self, features: str | Sequence[str] | None = None) -> StudyFunction:
         """The features as a function of points of your own, ``f(X)``, for other packages and optimizers.
@@ -369,9 +370,8 @@ class Study:
         """Runs at the worst cases that the polynomials of a result predict; see `StudyResult.check`."""
         return simulated_extremes(self.runner, result)
 
-    def _made(self, design: Design) -> StudyResult:
-        """The result of a design, after its runs."""
-        return self._issued(carried_out(self.runner, design))
+    def _made(self, make: Callable[..., Design], *how: Any, own: bool = False) -> StudyResult:
+        return self._issued(answered(self.runner, make, *how, own=own))
 
     def _issued(self, result: StudyResult) -> StudyResult:
         """The result of this study, after issuing its notices."""

@@ -302,7 +302,10 @@ class Template:
         features = dict(self.features) or None
         drawn: dict[str, Interval | Distribution] = dict(self.intervals)
         drawn |= {name: one.distribution for name, one in self.parameters.items() if one.distribution}
-        return Study(self, drawn, **({"features": features} | dict(self.run) | options))
+        # Without distributions there are no shares.
+        required = self.requirements if any(one.distribution for one in self.parameters.values()) else None
+        given = {"features": features, "requirements": required} | dict(self.run)
+        return Study(self, drawn, **(given | options))
 
     def conformance(
         self,

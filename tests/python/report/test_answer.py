@@ -3,6 +3,7 @@
 import itertools
 import math
 import re
+from dataclasses import replace
 
 import chebclear as cc
 import pytest
@@ -222,7 +223,7 @@ def test_a_report_with_shares_says_first_whether_mechanisms_are_in_specification
     )
     limits = {"tight": cc.require("play", below=10.12), "strong": cc.require("force", below=20.0)}
     shares = cc.conformance(study, limits, 400)
-    document = study_document(study.band(81), None, shares)
+    document = study_document(replace(study.band(81), conformance=shares), None)
     first, force, tolerance = document.answer
     every = shares["all"]
     assert every.outside > 0
@@ -233,7 +234,8 @@ def test_a_report_with_shares_says_first_whether_mechanisms_are_in_specification
     assert [row[0] for row in table.rows] == ["tight", "strong", "all"]
     assert [row[-1].word for row in table.rows] == ["kept by most", "kept by all", "kept by most"]
     assert document.sections[0].title == "In specification or not"
-    path = study.band(81).report(tmp_path / "report", conformance=shares)
+    path = replace(study.band(81), conformance=shares).report(tmp_path / "report")
     assert "The requirements" in path.read_text(encoding="utf-8")
     none = cc.conformance(study, {"strong": limits["strong"]}, 100)
-    assert study_document(study.band(81), None, none).answer[0].startswith("None of 100 mechanisms is out")
+    first = study_document(replace(study.band(81), conformance=none), None).answer[0]
+    assert first.startswith("None of 100 mechanisms is out")

@@ -213,6 +213,81 @@ class TestShares:
         np.testing.assert_array_equal(whole.lowest[: share.runs], share.lowest)
 
 
+class TestStudies:
+    """Studies answer their requirements first."""
+
+    @staticmethod
+    def moving(gap, thread):
+        t = np.linspace(0.0, math.pi, 5)
+        return {"t": t, "x": (gap - thread) * np.cos(t), "play": gap - thread}
+
+    def uniform(self, **more):
+        sides = {"gap": cc.uniform(10.0, 10.2), "thread": cc.uniform(9.9, 10.1)}
+        limits = {"wide": cc.require("play", below=0.15), "moves": cc.require("x", above=-0.05)}
+        return cc.Study(self.moving, sides, requirements=limits, **more)
+
+    def test_independent_runs_of_uniform_parameters_are_counted_themselves(self, tmp_path):
+        """The play is distributed as a triangle from -0.1 to 0.3: 23/32 are below 0.15, 8/32 within 0.05."""
+        result = self.uniform().band(400, coverage=0.99)
+        shares = result.conformance
+        assert shares.seed is None and shares["wide"].runs == 400
+        play, x = result.features["play"].values[:, 0], result.values("x")
+        assert shares["wide"].outside == np.count_nonzero(play >= 0.15)
+        assert shares["moves"].outside == np.count_nonzero(np.any(x <= -0.05, axis=1))
+        held = []
+        for seed in range(100):
+            found = self.uniform().sample(60, rng=seed).conformance
+            held += [found["wide"].lower <= 23 / 32 <= found["wide"].upper]
+            held += [found["moves"].lower <= 8 / 32 <= found["moves"].upper]
+        assert sum(held) >= 186
+        assert str(result).startswith(str(shares))
+        assert cc.load_result(result.save(tmp_path / "study")) == result
+        assert pickle.loads(pickle.dumps(result)) == result
+        more = result.extend(100)
+        assert more == self.uniform().band(500, coverage=0.99) and more.conformance["wide"].runs == 500
+        assert self.uniform().sample(50).conformance["wide"].runs == 50
+
+    def test_other_runs_are_drawn_where_those_of_the_study_are_no_draws(self):
+        for make in (lambda one: one.band(81), lambda one: one.chebyshev(2), lambda one: one.scan(3)):
+            found = make(self.uniform()).conformance
+            assert found.seed == 0 and found == cc.conformance(self.uniform(), runs=100)
+        sides = {"gap": cc.normal(10.1, 0.03), "thread": cc.Interval(9.9, 10.1)}
+        study = cc.Study(self.moving, sides, requirements=cc.require("x", below=0.3))
+        result = study.band(300, coverage=0.99, rng=7)
+        assert result.conformance == cc.conformance(study, runs=300, rng=7)
+        (share,) = result.conformance.values()
+        assert len(share.at) == 3
+        # The least share is that of the thinnest thread.
+        assert share.lower <= NormalDist(10.1, 0.03).cdf(10.2) <= share.upper
+        assert result.extend(41) == study.band(341, coverage=0.99, rng=7)
+
+    def test_simulated_runs_are_judged_between_their_samples(self):
+        """The lowest position is minus the length, which lies between samples; the drawing is the same."""
+        sides = {"length": cc.uniform(0.09, 0.11), "stiffness": cc.uniform(90.0, 110.0)}
+        how = {"duration": 1.0, "samples": 11, "rtol": 1e-6}
+        wanted = cc.require("block.x", above=-0.105)
+        study = cc.Study(TestSimulations.scene, sides, ["block.vx"], requirements=wanted, **how)
+        result = study.sample(400)
+        (share,) = result.conformance.values()
+        assert list(result) == ["block.vx"] and result.conformance.seed is None
+        length = result.parameters[:, list(sides).index("length")]
+        assert share.outside == np.count_nonzero(length >= 0.105)
+        assert result.spec.study().sample(400) == result
+        plain = cc.Study(TestSimulations.scene, sides, ["block.vx"], **how).sample(400)
+        np.testing.assert_array_equal(result.values("block.vx"), plain.values("block.vx"))
+        assert plain.conformance is None
+
+    def test_its_requirements_are_checked_with_all_else_and_before_the_runs(self):
+        box = {"gap": cc.Interval(10.0, 10.2), "thread": cc.Interval(9.9, 10.0)}
+        with pytest.raises(ValueError, match=r"(?s)threads must.*made by require.*no parameter has a dist"):
+            cc.Study(self.moving, box, requirements={"a": "x < 3"}, threads=0)
+        study = TestSimulations().study(requirements=cc.require("block.z", below=1.0))
+        with pytest.raises(ValueError, match="unknown output or feature"):
+            study.band(10_000)
+        with pytest.raises(ValueError, match="give some"):
+            cc.conformance(SHAFT)
+
+
 class TestSimulations:
     @staticmethod
     def scene(length, stiffness):

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any
 
-from ...study.conforming import conformance
-from ...study.requirements.specification import Specification
 from ...study.results import StudyResult
 from ...study.study import Study
 from ..bands import DEMANDS, finish
@@ -33,8 +29,6 @@ _KINDS = {
     "chebyshev": ("degree",),
     "sample": ("runs", "rng"),
 }
-# Mechanisms that are drawn at least where the file has requirements.
-_LEAST_RUNS_OF_SHARES = 100
 STUDY_FILES = "report.html, study.npz, the table of verdicts (md, csv, json) and a PNG for every output"
 
 
@@ -49,7 +43,8 @@ def add(commands: Commands) -> None:
         "it reaches, with a verdict on how far that can be trusted: band, the hull of as many independent "
         "runs as it takes or, of fewer, widened by what runs that took no part exceed it by; chebyshev, the "
         "paper's polynomials; sample, the extremes of random runs. Of a file with a table [requirements] the "
-        "share in specification comes first, from as many mechanisms again, drawn from the distributions.",
+        "share in specification comes first, from as many mechanisms again, drawn from the distributions, or "
+        "from the runs themselves if these are such draws.",
         "chebclear study examples/slider_crank.toml --out results",
     )
     add_scene(command)
@@ -133,23 +128,17 @@ def study(options: argparse.Namespace) -> int:
     made, title = study_of(options)
     template = template_of(options)
     drawn = any(one.distribution is not None for one in template.parameters.values())
-    wanted = template.requirements if drawn else {}
     if template.requirements and not drawn and not options.quiet:
         print(
             "note: a share in specification takes distributions: give parameters one in the file, as in "
             'distribution = "normal"',
             file=sys.stderr,
         )
-    return carry_out(made, options.kind, given, options, title, wanted)
+    return carry_out(made, options.kind, given, options, title)
 
 
 def carry_out(
-    made: Study,
-    method: str,
-    given: dict[str, Any],
-    options: argparse.Namespace,
-    title: str,
-    requirements: Mapping[str, Specification] = MappingProxyType({}),
+    made: Study, method: str, given: dict[str, Any], options: argparse.Namespace, title: str
 ) -> int:
     """Say what a method of a study will cost if that is much, or if no more is wanted, and run it."""
     # A number of runs that time chooses takes no longer than that.
@@ -161,12 +150,7 @@ def carry_out(
     followed = any(band.verdict == "resolved" and band.surrogate is not None for band in result.values())
     if options.check and not followed:
         print("warning: no output is resolved by a polynomial: --check finds no worst case", file=sys.stderr)
-    shares = None
-    if requirements:
-        # As many mechanisms again as the study took.
-        runs = max(_LEAST_RUNS_OF_SHARES, len(result.parameters))
-        shares = conformance(made, dict(requirements), runs, rng=given.get("rng", 0))
-    return finish(result.check() if options.check and followed else result, options, title, plan, shares)
+    return finish(result.check() if options.check and followed else result, options, title, plan)
 
 
 def study_of(options: argparse.Namespace) -> tuple[Study, str]:

@@ -41,8 +41,9 @@ _OPEN = {
 }
 
 
-def sentences(result: StudyResult, conformance: Conformance | None = None) -> list[str]:
+def sentences(result: StudyResult) -> list[str]:
     """In specification or not, else how far the first output moves; the largest force; the tolerance."""
+    conformance = result.conformance
     first = _movement(result) if conformance is None else _specification(conformance)
     told = [*first, *_force(result), *_tolerance(_judged(result, conformance))]
     return told or ["The study has neither outputs nor features."]

@@ -55,10 +55,9 @@ MEANINGS = {
 }
 
 
-def study_document(
-    result: StudyResult, title: str | None, conformance: Conformance | None = None
-) -> Document:
+def study_document(result: StudyResult, title: str | None) -> Document:
     """The report of a study; see `StudyResult.report`."""
+    conformance = result.conformance
     bands = result.bands
     names = [*bands, *result.features.names]
     counted = f"{len(result.parameters)} runs and the nominal one"
@@ -68,7 +67,7 @@ def study_document(
         title=title
         or f"How far {'does' if len(names) == 1 else 'do'} {in_a_sentence(names)} move over the tolerances?",
         facts=[_method(result), counted, *_time(result), version_fact()],
-        answer=sentences(result, conformance),
+        answer=sentences(result),
         first=[*drawing, *requirements(conformance), *main_numbers(result)],
         doubts=[*unproven(conformance), *unknown(result)],
         sections=[

@@ -18,6 +18,7 @@ from ...scene.schema import Part
 
 if TYPE_CHECKING:
     from ...run.settings import Settings
+    from ..requirements.specification import Specification
     from ..results import StudyResult
     from ..spec import StudySpec
 
@@ -105,7 +106,17 @@ def _further(spec: StudySpec | None) -> list[str]:
         lines.append(f"    on_failure={spec.on_failure!r},")
     if spec.run_seconds is not None:
         lines.append(f"    run_seconds={spec.run_seconds!r},")
+    if spec.requirements:
+        limits = [f"{name!r}: {_required(one)}" for name, one in spec.requirements.items()]
+        lines.append(f"    requirements={{{', '.join(limits)}}},")
     return lines
+
+
+def _required(one: Specification) -> str:
+    """A requirement as the script has it."""
+    given = {name: value for name, value in dataclasses.asdict(one).items() if value is not None}
+    quantity = given.pop("quantity")
+    return f"cc.require({', '.join([repr(quantity), *(f'{name}={end!r}' for name, end in given.items())])})"
 
 
 def _value(value: Any) -> str:

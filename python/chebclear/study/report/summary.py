@@ -38,7 +38,8 @@ def summary(result: StudyResult) -> str:
     """The text of a `StudyResult`."""
     sides = list(result.intervals.items())
     random = {} if result.spec is None else result.spec.random
-    lines = [_head(result)]
+    lines = [] if result.conformance is None else [str(result.conformance), ""]
+    lines.append(_head(result))
     for name, side in sides[:_MOST_LINES]:
         unit = f" {result.units[name]}" if result.units.get(name, "-") != "-" else ""
         spread = f" ({type(random[name]).__name__.lower()}, taken as an interval)" if name in random else ""

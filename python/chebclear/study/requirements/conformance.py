@@ -154,8 +154,8 @@ class Conformance(records.Saved, Named[Share], kind="conformance"):
         intervals [SI units], shape (runs, parameters).
     parameter_names : tuple[str, ...]
         Their names.
-    seed : int
-        Seed of the draws: ``rng=seed`` repeats them.
+    seed : int | None
+        Seed of the draws: ``rng=seed`` repeats them; None for the runs of a study itself.
     notices : tuple[Notice, ...]
         Warnings of the runs, each text once.
     """
@@ -163,7 +163,7 @@ class Conformance(records.Saved, Named[Share], kind="conformance"):
     shares: dict[str, Share]
     parameters: Array
     parameter_names: tuple[str, ...]
-    seed: int
+    seed: int | None
     notices: tuple[Notice, ...] = ()
 
     @property

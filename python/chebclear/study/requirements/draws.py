@@ -9,11 +9,31 @@ import numpy as np
 from numpy.random import default_rng
 from numpy.typing import NDArray
 
+from ...base.arguments import Checks
 from ...scene.distributions import Distribution
 from ...scene.scene import Interval
 from ..polynomials.points import sobol_points
 
 Array = NDArray[np.float64]
+
+# Parameters that are only known as intervals: their corners are two to this power.
+_MOST_INTERVALS = 6
+
+
+def check_drawn(checks: Checks, parameters: object) -> None:
+    """Check that mechanisms can be drawn from the distributions of the parameters."""
+    known = parameters if isinstance(parameters, Mapping) else {}
+    sides = [one for one in known.values() if isinstance(one, Interval)]
+    if not any(isinstance(one, Distribution) for one in known.values()):
+        checks.add(
+            "no parameter has a distribution: an interval says nothing of how often its values occur; give "
+            "cc.normal(mean, standard_deviation), cc.lognormal, cc.uniform or cc.triangular in its place"
+        )
+    if len(sides) > _MOST_INTERVALS:
+        checks.add(
+            f"{len(sides)} parameters are only known as intervals, whose corners are too many; at most "
+            f"{_MOST_INTERVALS} are accepted: give the others a distribution"
+        )
 
 
 def drawn(

@@ -8,6 +8,9 @@ from dataclasses import dataclass, field
 from ...base.arguments import Checks, as_number
 from ...base.units import UnitError, convert, is_quantity, unit
 
+ALL = "all"
+"""Name of the share that keeps to all specifications."""
+
 
 @dataclass(frozen=True)
 class Specification:
@@ -99,7 +102,9 @@ def require(
     return Specification(quantity, above, below, at)
 
 
-def checked_specifications(checks: Checks, given: object) -> dict[str, Specification]:
+def checked_specifications(
+    checks: Checks, given: object, place: str = "specifications"
+) -> dict[str, Specification]:
     """Specifications by name; a single one, or several without names, are named by their words."""
     if isinstance(given, Specification):
         given = [given]
@@ -107,14 +112,16 @@ def checked_specifications(checks: Checks, given: object) -> dict[str, Specifica
         given = {str(one): one for one in given}
     if not isinstance(given, Mapping) or not given:
         checks.add(
-            f"specifications must be one that require made, or several in a list or by names, got {given!r}",
+            f"{place} must be one that require made, or several in a list or by names, got {given!r}",
             wrong_type=not isinstance(given, Mapping),
         )
         return {}
-    checks.names("specifications", given)
+    checks.names(place, given)
     for name, one in given.items():
         if not isinstance(one, Specification):
-            checks.add(f'specifications["{name}"] must be made by require, got {one!r}', wrong_type=True)
+            checks.add(f'{place}["{name}"] must be made by require, got {one!r}', wrong_type=True)
+    if ALL in given:
+        checks.add(f'{place}["{ALL}"]: the name is that of all of them together')
     return {name: one for name, one in given.items() if isinstance(one, Specification)}
 
 
