@@ -10,11 +10,11 @@ from ..execution.plan import Plan
 from ..report import html
 from ..study.report.document import study_document
 from ..study.report.extent import extent
+from ..study.report.summary import findings, suggestions
 from ..study.requirements.conformance import Conformance
 from ..study.results import StudyResult
 from .output import Rows, print_json, write_table
 from .scenes import hint
-from .words import at_the_command_line
 
 EXIT_NOT_MET = 3
 # Which verdicts a requirement accepts.
@@ -76,9 +76,9 @@ def finish(result: StudyResult, options: argparse.Namespace, title: str, plan: P
             }
         )
         return EXIT_NOT_MET if poor else 0
-    print(at_the_command_line(str(result)), end="\n\n")
+    print("\n".join([findings(result), *(f"next: {text}" for text in suggestions(result))]), end="\n\n")
     for text in rankings:
-        print(at_the_command_line(text), end="\n\n")
+        print(text, end="\n\n")
     if options.out is not None:
         print(f"wrote    {options.out / 'report.html'} and more beside it")
     if poor:

@@ -15,7 +15,6 @@ from typing import Any, TextIO
 from ..base.tables import format_number, format_table, markdown_table, shown_by_spreadsheets
 from ..base.writing import complete_folder
 from ..errors import ArgumentError, ChebclearWarning
-from .words import at_the_command_line
 
 FORMAT = 1
 """Number of the form of the JSON objects that commands print."""
@@ -43,7 +42,7 @@ def plain_warnings(quiet: bool) -> Iterator[None]:
                 usual(message, category, filename, lineno, file, line)
             elif str(message) not in seen:
                 seen.add(str(message))
-                print(f"warning: {at_the_command_line(str(message))}", file=sys.stderr)
+                print(f"warning: {message}", file=sys.stderr)
 
         warnings.showwarning = show
         yield

@@ -33,7 +33,6 @@ from .commands import (
 from .ending import EXIT_INTERRUPTED, EXIT_TERMINATED, Terminated, terminable
 from .output import plain_warnings
 from .streams import shown_streams
-from .words import at_the_command_line
 
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2  # also what argparse uses for bad arguments
@@ -82,7 +81,7 @@ def _run(given: Sequence[str]) -> int:
         print(error, file=sys.stderr)
         return EXIT_BAD_INPUT
     except ArgumentError as error:  # one that only the scene can judge, such as an unknown output
-        print(f"chebclear: {at_the_command_line(str(error))}", file=sys.stderr)
+        print(f"chebclear: {error}", file=sys.stderr)
         return EXIT_BAD_INPUT
     except (ChebclearError, OSError, MemoryError) as error:
         print(f"chebclear: {str(error) or 'there is not enough memory'}", file=sys.stderr)

@@ -185,7 +185,7 @@ def _require(size: float, threads: int = 0) -> None:
         room = f"{size / 1e6:.0f} MB, and {whose} leaves {max(left, 0.0) / 1e6:.0f} MB"
         raise MemoryLimitError(
             f"the study takes about {room}: ask for fewer runs, samples or outputs, for features alone, or "
-            "let the samples stay on the disk with store=... and in_memory=False"
+            "let the samples stay in a store on the disk"
         )
 
 

@@ -103,7 +103,7 @@ def chaos_horizon(t: Array, difference: Array, threshold: Array | float) -> Arra
 
 BY_ANGLE = (
     "single values there are not predictable, only their distribution, which "
-    "Study.band(revolutions=10, discard=1) bounds by crank angle"
+    "a band over the crank angle bounds: ten revolutions of each run, without the first"
 )
 """Advice beyond the chaos horizon of a mechanism with a revolving drive."""
 

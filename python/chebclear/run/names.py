@@ -98,6 +98,6 @@ def column_index(columns: Sequence[str], name: str, scene: Scene | None = None) 
         return columns.index(name)
     known = () if scene is None else scene.check().columns + scene.check().further_columns
     if isinstance(name, str) and name in known:
-        raise UnknownNameError(f'"{name}" was not recorded: add it to outputs=')
+        raise UnknownNameError(f'"{name}" was not recorded: add it to the outputs')
     hint = near_output(name, columns) or output_meant(name, known or columns)
     raise UnknownNameError(f'unknown column "{name}"{hint}')

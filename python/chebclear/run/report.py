@@ -95,7 +95,7 @@ def _doubts(run: Trajectory, extremes: Sequence[tuple[str, str, Any, Any]]) -> l
         if early:
             doubts.append(
                 f"{name} is {' and '.join(early)} in the first revolution, in the starting transient: "
-                "skip=... leaves it out."
+                "a skipped time leaves it out."
             )
     if run.error is None:
         doubts.append('The error of the run was not estimated; simulate(..., error="estimate") does so.')

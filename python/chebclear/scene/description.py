@@ -277,10 +277,7 @@ def _mobility(scene: Scene, facts: Inspection) -> list[str]:
     lines += [f"  {name}: it closes a loop of ideal joints, by two Lagrange multipliers" for name in closures]
     if closures:
         lines.append("redundant constraints: none, the loop equations are independent at the start")
-    lines.append(
-        f"outputs: {len(facts.columns)} columns, see check().columns; "
-        f"{len(facts.further_columns)} further ones by name, see check().further_columns"
-    )
+    lines.append(f"outputs: {len(facts.columns)} columns, {len(facts.further_columns)} further ones by name")
     return lines
 
 

@@ -89,8 +89,8 @@ def chebyshev(
     check_runs(counts, max_runs, "a lower degree")
     if bounds == "range" and max(degrees) > MOST_RANGE_DEGREE:
         raise ArgumentError(
-            f'degree must be at most {MOST_RANGE_DEGREE} for bounds="range", got {max(degrees)}: take a '
-            'lower degree or bounds="eq31"'
+            f"degree must be at most {MOST_RANGE_DEGREE} for certified ranges, got {max(degrees)}: take a "
+            "lower degree, or the bounds of Eq. (31)"
         )
     grid = chebyshev_grid(list(sides.values()), counts)
     # Of a finished table its other runs.

@@ -151,10 +151,7 @@ def band(
             requirement = dataclasses.replace(requirement, seconds=float(seconds))
             count = _affordable_runs(runner, settings, needed, most, requirement)
         if count > most:
-            raise ArgumentError(
-                f"runs must be <= max_runs = {most}, got {count}: take fewer, or allow them with "
-                f"max_runs={count}"
-            )
+            raise ArgumentError(f"runs must be <= max_runs = {most}, got {count}: take fewer")
         requirement = dataclasses.replace(requirement, independent=count >= needed)
         points = _points(runner, requirement, 0, count)
     if confidence is not None and len(points) < needed:

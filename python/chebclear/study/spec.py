@@ -448,10 +448,7 @@ def check_runs(counts: Sequence[int], max_runs: int, fewer: str) -> None:
     if runs > MOST_RUNS:
         raise ArgumentError(f"a study must have at most {MOST_RUNS} runs, got {grid} = {runs}")
     if runs > max_runs:
-        raise ArgumentError(
-            f"{grid} = {runs} runs are more than max_runs = {max_runs}: take {fewer}, or allow them with "
-            f"max_runs={runs}"
-        )
+        raise ArgumentError(f"{grid} = {runs} runs are more than max_runs = {max_runs}: take {fewer}")
 
 
 def returns_a_scene(build: object) -> bool:

@@ -217,7 +217,7 @@ def _checked(
     if runs > asked.max_runs:
         raise ArgumentError(
             f"all settings and hold-out points are {runs} runs, more than max_runs = {asked.max_runs}: leave "
-            f"out the higher degrees or the finer scans, or allow them with max_runs={runs}"
+            "out the higher degrees or the finer scans"
         )
     return probed, wanted, sorted(set(budgets))
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from chebclear import cli
 from chebclear.cli import plans, program
-from chebclear.cli.words import at_the_command_line
+from chebclear.study.report.summary import findings
 
 ROOT = Path(__file__).parents[3]
 CRANK = str(ROOT / "examples" / "slider_crank.toml")
@@ -64,7 +64,7 @@ def test_check_describes_and_draws(tmp_path, capsys):
     assert cli.main(["check", CRANK, "--out", str(tmp_path)]) == 0
     printed = capsys.readouterr().out
     scene = cc.load(CRANK)()
-    assert at_the_command_line(scene.describe()) in printed
+    assert scene.describe() in printed
     assert "rod_length = 120 mm, from 108 mm to 132 mm" in printed
     assert f"chebclear study {CRANK}" in printed
     assert "wrist 20 um radial, 40 um between the diameters" in printed
@@ -106,7 +106,7 @@ def test_study_writes_what_its_table_says(tmp_path, capsys):
     result = cc.StudyResult.load(out / "study.npz")
     direct = cc.load(CRANK).study(duration=1e-3, skip=0.0, samples=11, outputs=["slider.x", "slider.vx"])
     assert result == direct.band(5)
-    told = at_the_command_line(str(result)).partition("\n")[2]  # the first line has the time it took
+    told = findings(result).partition("\n")[2]  # the first line has the time it took
     assert told in printed
     assert all(re.search(rf"^{name} .*{result[name].verdict}", printed, re.MULTILINE) for name in result)
     assert {path.name for path in out.iterdir()} == {

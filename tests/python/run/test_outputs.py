@@ -231,7 +231,7 @@ def test_columns_that_were_not_asked_for_are_told_from_unknown_ones():
         samples=3,
     ).scan(2)
     for result, name in ((run, "wrist.wear"), (few, "slider.vx"), (study, "slider.vx")):
-        with pytest.raises(KeyError, match=rf'"{name}" was not recorded: add it to outputs='):
+        with pytest.raises(KeyError, match=rf'"{name}" was not recorded: add it to the outputs'):
             result[name]
     with pytest.raises(KeyError, match=r'unknown column "wrist.waer"; did you mean "wrist.wear"'):
         few["wrist.waer"]

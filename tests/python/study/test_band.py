@@ -495,7 +495,7 @@ def test_runs_of_one_time_take_as_long_as_that():
     study = cc.Study(slow, {"a": cc.Interval(0.0, 1.0)})
     few = study.band(seconds=1.0)
     assert few.requirement.seconds == 1.0 and few.requirement.runs in (81, 162, 324)
-    assert f"As many runs were made as 1 s allow; band({few.requirement.runs}) repeats it." in few.statement
+    assert f"As many runs were made as 1 s allow; {few.requirement.runs} runs repeat it." in few.statement
     assert study.band(few.requirement.runs)["x"] == few["x"]
     all_runs = study.band(seconds=60.0, coverage=0.97)
     assert all_runs.requirement.runs == 66 and all_runs["x"].verdict == "certified"

@@ -494,7 +494,7 @@ class TestStudy:
             self.study({"force": cc.features.peak("wrist.normal_force")}).sample(2)
 
     def test_mistakes(self):
-        with pytest.raises(KeyError, match=r"Study\(features=...\)"):
+        with pytest.raises(KeyError, match="unknown feature"):
             self.study({}, ["slider.x"]).sample(2).features["force"]
         with pytest.raises(KeyError, match="did you mean"):
             self.study({"force": cc.features.peak("slider.x")}).sample(2).features["forse"]

@@ -26,13 +26,13 @@ def never(**parameters):
 
 def test_thousands_of_runs_are_not_started_unasked():
     many = study(never, "abcde")
-    with pytest.raises(ValueError, match="fewer points, or allow them with max_runs=100000"):
+    with pytest.raises(ValueError, match="= 100000 runs are more than max_runs = "):
         many.scan(10)
-    with pytest.raises(ValueError, match="a lower degree, or allow them with max_runs=32768"):
+    with pytest.raises(ValueError, match="= 32768 runs are more than max_runs = "):
         many.chebyshev(7)
     # 10^5 + 5^5 points of scans, 2^5 + ... + 6^5 roots, 100 random points and 32 corners,
     # 321 of the largest band.
-    with pytest.raises(ValueError, match="or allow them with max_runs=115778"):
+    with pytest.raises(ValueError, match="are 115778 runs, more than max_runs"):
         cc.study_tradeoff(many)
     for wrong in (0, 1.5, "all"):
         for start in (many.scan, many.chebyshev, partial(cc.study_tradeoff, many)):
@@ -42,11 +42,11 @@ def test_thousands_of_runs_are_not_started_unasked():
 
 def test_runs_that_are_asked_for_are_started():
     few = study(names="ab")
-    with pytest.raises(ValueError, match="max_runs=9"):
+    with pytest.raises(ValueError, match="= 9 runs are more than max_runs"):
         few.scan(3, max_runs=8)
     assert len(few.scan(3, max_runs=9).parameters) == 9
     assert len(few.chebyshev(2, max_runs=9).parameters) == 12
-    with pytest.raises(ValueError, match="max_runs=12"):
+    with pytest.raises(ValueError, match="more than max_runs"):
         cc.study_tradeoff(few, [1], [], [], holdout=4, max_runs=11)
     assert cc.study_tradeoff(few, [1], [], [], holdout=4, max_runs=12).reference_runs == 8 + 4
 

@@ -16,7 +16,6 @@ from ..figures import draw_scene
 from ..options import Commands, add_scene, directory, new_command
 from ..output import print_json, require_writable
 from ..scenes import hint, period_of, template_of
-from ..words import at_the_command_line
 
 
 def add(commands: Commands) -> None:
@@ -58,7 +57,7 @@ def check(options: argparse.Namespace) -> int:
         print_json(_facts(template, scene, picture))
         return 0
     print(f"{options.scene.name}  {template.title}".rstrip(), end="\n\n")
-    print(at_the_command_line(scene.describe()), end="\n\n")
+    print(scene.describe(), end="\n\n")
     remarks = _remarks(template, scene)
     if remarks:
         print("left to defaults", *(f"  {text}" for text in remarks), sep="\n", end="\n\n")

@@ -214,9 +214,7 @@ def animate(
     needed = [shown, *(f"{chosen}.{quantity}" for quantity in _JOINT_COLUMNS if chosen)]
     missing = [name for name in dict.fromkeys(needed) if name not in run.columns]
     if missing:
-        checks.add(
-            f"the run lacks {', '.join(missing)}: simulate with outputs=None, or with these among them"
-        )
+        checks.add(f"the run lacks {', '.join(missing)}: simulate with these among the outputs")
     extent = tuple(as_number(side) or 0.0 for side in size) if isinstance(size, Sequence) else ()
     if len(extent) != 2 or not all(0.0 < side < math.inf for side in extent):
         checks.add(f"size must be a width and a height above 0 [inch], got {size!r}", wrong_type=True)

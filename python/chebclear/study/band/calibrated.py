@@ -238,7 +238,7 @@ def statement(requirement: Requirement) -> str:
         text += f" This holds for runs that succeed: {others} left out."
     if requirement.seconds is not None:
         made = runs + requirement.failed
-        text += f" As many runs were made as {requirement.seconds:g} s allow; band({made}) repeats it."
+        text += f" As many runs were made as {requirement.seconds:g} s allow; {made} runs repeat it."
     return text
 
 
@@ -262,7 +262,7 @@ def _of_held_out_runs(requirement: Requirement) -> str:
         "given, taken as spread evenly over the box" if requirement.finished else "spread evenly over the box"
     )
     needed = exact_runs(requirement.coverage)
-    proof = "" if requirement.finished else f" {needed} independent runs prove it: band({needed})."
+    proof = "" if requirement.finished else f" {needed} independent runs prove it."
     return (
         f"Bands contain {share} of the samples of held-out runs, with {requirement.runs} runs {spread}; of "
         "undersampled ones, coverage says how many. A resolved band is the polynomial's range plus its "
@@ -284,15 +284,14 @@ def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[Notice]
     if requirement.succeeded < requirement.coverage:
         text = (
             f"undersampled: {failed} of {runs + failed} runs failed and count as outside, "
-            f"so that {asked} of a further run cannot be promised for {names}: see result.failures"
+            f"so that {asked} of a further run cannot be promised for {names}"
         )
         return [Notice(UNDERSAMPLED, text, tuple(short), {"failed": failed})]
     if requirement.independent:
         needed = exact_runs(requirement.coverage, requirement.confidence)
-        extend = "" if requirement.finished else f": result.extend({needed - runs})"
         text = (
             f"undersampled: the hull of {runs} independent runs does not prove that {asked} of a further run "
-            f"are in the band of {names}, {needed} do{extend}"
+            f"are in the band of {names}, {needed} do"
         )
         return [Notice(UNDERSAMPLED, text, tuple(short), {"needed": needed})]
     band = bands[short[0]]
@@ -327,9 +326,8 @@ def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[Notice]
     worst = min(bands[name].coverage for name in short)
     # The share outside falls about as one over the number of runs.
     more = max(1, int(np.ceil(runs * (1.0 - worst) / (1.0 - requirement.coverage))) - runs)
-    extend = "" if requirement.finished else f": result.extend({more})"
     text = (
         f"undersampled: only {percent(worst)} of the samples of held-out runs are in the band of {names}, "
-        f"{asked} were required; about {more} more run{'s' if more > 1 else ''} would suffice{extend}"
+        f"{asked} were required; about {more} more run{'s' if more > 1 else ''} would suffice"
     )
     return [*found, Notice(UNDERSAMPLED, text, tuple(short), {"needed": runs + more, "coverage": worst})]

@@ -122,7 +122,7 @@ def early_widths(bands: Mapping[str, Band], settled: float) -> list[Notice]:
         return []
     text = (
         f"settling: {', '.join(early)}: the band is widest in the first revolution, in the starting "
-        f"transient; skip={settled:.4g} leaves it out"
+        f"transient; skip {settled:.4g} s to leave it out"
     )
     return [Notice(SETTLING, text, tuple(early), {"settled": settled})]
 
@@ -154,6 +154,6 @@ def doubts(bands: Mapping[str, Band]) -> list[Notice]:
         f"not resolved: {names}: the error of the polynomial at left-out runs {told}. The "
         "response may leave its bounds, and neither worst case nor sensitivity is that of the response. A "
         "higher degree helps where the response is smooth; where impacts scatter, "
-        "use bands that are calibrated on all runs (Study.band) and features of the runs instead"
+        "use bands of all runs (kind band) and features instead"
     )
     return [*found, Notice("not_resolved", text, others, {"error": 0.01 * max(errors)})]

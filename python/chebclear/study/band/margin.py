@@ -127,7 +127,7 @@ def doubt_of(name: str, verdict: Verdict, what: str, t: Array, off: Array | None
     if off is None:
         return (
             f"{name} is not resolved: {what} of its polynomial is not that of the response. Use features of "
-            "the runs, or Study.band, instead"
+            "the runs, or bands of all runs (kind band), instead"
         )
     if not off.any():
         return ""

@@ -129,7 +129,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
 
     def _entry(self, name: str) -> FeatureResult:
         if name not in self:
-            hint = meant_or_known(name, self.names) if self.names else ": ask for it in Study(features=...)"
+            hint = meant_or_known(name, self.names) if self.names else ": add it to the features of the study"
             raise UnknownNameError(f'unknown feature "{name}"{hint}')
         return self._entries[self.names.index(name)]
 
@@ -277,7 +277,7 @@ class FeatureResult(records.ArrayRecord):
         if given.ndim > 1 or not given.size or not np.all((given >= 0.0) & (given <= 1.0)):
             raise ArgumentError(f"shares must be from 0 to 1, one or a list of them, got {shares!r}")
         if not self.random:
-            raise ArgumentError("runs on a grid, or with some, have no quantiles: use Study.sample")
+            raise ArgumentError("runs on a grid, or with some, have no quantiles, random points have")
         if self.uneven:
             raise ArgumentError(
                 f"the runs spread {', '.join(self.uneven)} evenly over their intervals: quantiles are not "
@@ -440,7 +440,7 @@ def settling_notices(
         if 2 * early.sum() >= len(early):
             text = (
                 f'feature "{name}": its extremum lies in the first revolution, the starting transient, in '
-                f"{early.sum()} of {len(early)} runs; skip={settled:.4g} leaves it out"
+                f"{early.sum()} of {len(early)} runs; skip {settled:.4g} s to leave it out"
             )
             numbers = {"runs": float(early.sum()), "of_runs": float(len(early)), "settled": settled}
             found.append(Notice("settling", text, (name,), numbers))

@@ -83,8 +83,8 @@ def _fewer_runs(result: StudyResult) -> list[Block]:
 
 
 _HOW_TO_ADD = {
-    "band": "result.extend(runs) adds runs and repeats none; at the command line --runs asks for more.",
-    "sample": "In Python runs=, at the command line --runs asks for more.",
+    "band": "More runs continue this study and repeat none.",
+    "sample": "More runs repeat the study.",
 }
 
 
@@ -181,7 +181,7 @@ def _fewer_values(result: StudyResult) -> list[Block]:
         "A scan is an inner bound: runs between its values may leave it, and how far is not known. Where the "
         "width hardly changes and nearly all other runs are inside, more values would change little; "
         "where they are not, more of them are needed, or bands that say how far a further run may go "
-        "(Study.band)."
+        "(kind band)."
     )
     return [Table(caption, head, rows), Text(text)]
 
@@ -213,7 +213,7 @@ def _lower_degree(result: StudyResult) -> list[Block]:
     text = (
         f"A degree less would need {fewer} runs in place of {len(result.parameters) + 1}, one more "
         f"{more}. Where the width hardly changes and the error is small, the degree is high enough. "
-        "Where both are large, no affordable degree follows the response; calibrated bands (Study.band) "
+        "Where both are large, no affordable degree follows the response; bands of all runs (kind band) "
         "and features need none that does."
     )
     return [Table(caption, head, rows), Text(text)]

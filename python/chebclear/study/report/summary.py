@@ -35,7 +35,19 @@ _MOST_WARNINGS = 3
 
 
 def summary(result: StudyResult) -> str:
-    """The text of a `StudyResult`."""
+    """The text of a `StudyResult`: what was found, warnings, suggestions."""
+    lines = [findings(result)]
+    lines += [f"warning: {text}" for text in result.warnings[:_MOST_WARNINGS]]
+    more = len(result.warnings) - _MOST_WARNINGS
+    lines += [f"warning: and {more} more, see warnings"] * (more > 0)
+    lines += [f"next: {text}" for text in suggestions(result)]
+    varying = [name for name in result.features.names if np.ptp(result.features[name].values) > 0.0]
+    lines += [f'next: ranking("{name}") says which tolerance to tighten' for name in varying[:1]]
+    return "\n".join(lines)
+
+
+def findings(result: StudyResult) -> str:
+    """The runs, a line for each output, the features and what the bands promise."""
     sides = list(result.intervals.items())
     random = {} if result.spec is None else result.spec.random
     lines = [] if result.conformance is None else [str(result.conformance), ""]
@@ -69,10 +81,6 @@ def summary(result: StudyResult) -> str:
         lines += [str(result.features[name]) for name in result.features.names[:_MOST_LINES]]
     if result.statement is not None:
         lines.append(result.statement)
-    lines += [f"warning: {text}" for text in result.warnings[:_MOST_WARNINGS]]
-    more = len(result.warnings) - _MOST_WARNINGS
-    lines += [f"warning: and {more} more, see result.warnings"] * (more > 0)
-    lines += [f"next: {text}" for text in _next(result)]
     return "\n".join(lines)
 
 
@@ -147,7 +155,7 @@ def _asked_peak(result: StudyResult, output: str) -> str:
     return next((name for name in result.features.names if asked.get(name) == peak), "")
 
 
-def _next(result: StudyResult) -> list[str]:
+def suggestions(result: StudyResult) -> list[str]:
     """Suggestions for a better result and for its use."""
     bands = result.bands.values()
     advice = []
@@ -160,28 +168,20 @@ def _next(result: StudyResult) -> list[str]:
         advice.append("runs in the part of the box that the table leaves out, or intervals without it")
     elif wide and requirement is not None:
         more = requirement.runs
-        how = (
-            "a table of twice as many runs"
-            if requirement.finished
-            else f"{more} more runs, result.extend({more}),"
-        )
+        how = "a table of twice as many runs" if requirement.finished else f"{more} more runs"
         advice.append(
             f"{how} would narrow {_named(wide)} by about {100.0 * doubling_narrows(more):.0f} % "
             "(what doubling them did to 24 studies of six mechanisms, on average)"
         )
     lost = [band.name for band in bands if band.verdict == "not resolved"]
     if lost:
-        advice.append(f"Study.band() bounds {_named(lost)}, which no polynomial of this study follows")
+        advice.append(f"bands of all runs (kind band) bound {_named(lost)}, which no polynomial follows")
     inner = [band.name for band in bands if band.verdict == "sampled"]
     if inner:
-        advice.append(f"{_named(inner)}: inner bounds; Study.band() says how far a further run may go")
+        advice.append(f"{_named(inner)}: inner bounds; a band (kind band) says how far a further run may go")
     followed = [band.name for band in bands if band.verdict == "resolved" and band.surrogate is not None]
     if followed and not result.worst_cases and not _is_table(result):
-        advice.append(f"result.check() simulates the predicted worst cases of {_named(followed)}")
-    if result.features:
-        table = result.features
-        varying = [name for name in table.names if np.ptp(table[name].values) > 0.0]
-        advice += [f'result.ranking("{name}") says which tolerance to tighten' for name in varying[:1]]
+        advice.append(f"a check simulates the predicted worst cases of {_named(followed)}")
     return advice
 
 
@@ -193,7 +193,7 @@ def _unfit(result: StudyResult) -> str:
         place = set_apart(result.parameter_names, these, result.parameters)
         count = len(failed) + len(result.parameters) + 1  # the nominal one
         return (
-            f"a box in which all runs succeed: {len(failed)} of {count} failed{place}, see result.failures, "
+            f"a box in which all runs succeed: {len(failed)} of {count} failed{place}, "
             "and no bound holds there"
         )
     jams = jammed(result.notices)
