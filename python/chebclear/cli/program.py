@@ -32,6 +32,7 @@ from .commands import (
 )
 from .ending import EXIT_INTERRUPTED, EXIT_TERMINATED, Terminated, terminable
 from .output import plain_warnings
+from .show import command as show
 from .streams import shown_streams
 
 EXIT_FAILED = 1
@@ -41,7 +42,7 @@ EXIT_UNREAD = 141  # 128 + SIGPIPE, as shells report it
 
 # In the order of the help: as one needs them.
 _COMMANDS = (
-    *(new, fields, check, run, study, conformance, scan, tradeoff),
+    *(new, fields, check, show, run, study, conformance, scan, tradeoff),
     *(report, animate, paper, completion),
 )
 

@@ -113,7 +113,7 @@ class Film:
 
     def to_json(self) -> str:
         """The film for the player, safe within a page: six digits, gaps where a value is not finite."""
-        text = json.dumps(_plain(self), allow_nan=False, separators=(",", ":"))
+        text = json.dumps(plain(self), allow_nan=False, separators=(",", ":"))
         # As Unicode escapes these end no element of a page.
         for letter in "<>&'":
             text = text.replace(letter, f"\\u{ord(letter):04x}")
@@ -167,13 +167,14 @@ def _kept(curves: Array) -> NDArray[np.int64]:
     return np.array(sorted(kept))
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """A film or a part of it as JSON has it: six digits, None where a value is not finite."""
     if dataclasses.is_dataclass(value):
-        return {item.name: _plain(getattr(value, item.name)) for item in dataclasses.fields(value)}
+        return {item.name: plain(getattr(value, item.name)) for item in dataclasses.fields(value)}
     if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
+        return plain(value.tolist())
     if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
+        return [plain(one) for one in value]
     if isinstance(value, float):
         return float(f"{value:.6g}") if math.isfinite(value) else None
     return value

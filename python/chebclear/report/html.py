@@ -8,6 +8,7 @@ import os
 import re
 from collections.abc import Sequence
 from functools import partial
+from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -90,14 +91,28 @@ def framed(page: str, title: str) -> str:
     return str(element("iframe", "", title=title, srcdoc=page, sandbox="allow-scripts", style=style))
 
 
-def _parts(moves: bool) -> dict[str, str]:
+def page_with_player(package: str, template: str, script: str) -> str:
+    """A page with the player and a script of its own.
+
+    Parameters
+    ----------
+    package : str
+        Dotted name of the package that holds both files.
+    template, script : str
+        Their names. The template gets the policy, the style of the player, and the scripts as one.
+    """
+    own = files(package).joinpath(script).read_text(encoding="utf-8")
+    return templates_of(package).get_template(template).render(**_parts(True, own))
+
+
+def _parts(moves: bool, own: str = _START) -> dict[str, str]:
     """The policy of a page, and style and script of the player if there is a film on it."""
     from markupsafe import Markup
 
     policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
     if not moves:
         return {"policy": policy}
-    script = player() + _START
+    script = player() + own
     # No other script runs, whatever a name of the scene may hold.
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     policy += f"; script-src 'sha256-{digest}'"

@@ -257,7 +257,7 @@ function playFilm(root, film, moved = () => {}) {
   }
 
   function build() {
-    chosen ??= film.charts.map((_, n) => n < 2);
+    chosen ??= film.charts.map((_, n) => n < 3);
     deviations ??= film.charts.map(one => one.deviation);
     redraws = [];
     controls = {
@@ -284,6 +284,7 @@ function playFilm(root, film, moved = () => {}) {
     show(Math.min(frame, last()));
   }
   new ResizeObserver(layOut).observe(root);
+  window.addEventListener("resize", layOut);  // of a root without a box of its own
   build();
   if (film.starts && !window.matchMedia("(prefers-reduced-motion: reduce)").matches) play();
   return {show, stop, update(next) {

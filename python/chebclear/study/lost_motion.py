@@ -217,13 +217,18 @@ def _play(checks: Checks, scene: Scene, clearances: object) -> dict[str, float]:
     }
 
 
-def _without_play(joint: Joint) -> Joint:
-    """The ideal joint in the place of one with clearance."""
-    if isinstance(joint, ClearanceRevolute):
-        return Revolute(joint.name, joint.bearing, joint.journal)
-    if isinstance(joint, ClearancePrismatic):
-        return Prismatic(joint.name, joint.a, joint.b, joint.axis, joint.angle)
-    return joint
+def without_play(scene: Scene) -> Scene:
+    """The mechanism with ideal joints in the place of those with clearance; without stops and forces."""
+    ideal: list[Joint] = []
+    for joint in scene.joints:
+        if isinstance(joint, ClearanceRevolute):
+            ideal.append(Revolute(joint.name, joint.bearing, joint.journal))
+        elif isinstance(joint, ClearancePrismatic):
+            ideal.append(Prismatic(joint.name, joint.a, joint.b, joint.axis, joint.angle))
+        elif not isinstance(joint, Stop):
+            ideal.append(joint)
+    start = [one for one in scene.start if not isinstance(one, ClearanceStart | GuideStart)]
+    return replace(scene, joints=ideal, start=start, forces=())
 
 
 def _load(at: str, way: tuple[float, float] | None) -> Force | Torque:
@@ -235,11 +240,9 @@ def _load(at: str, way: tuple[float, float] | None) -> Force | Torque:
 
 def _held(scene: Scene, speed: Speed, load: Force | Torque) -> Scene:
     """The mechanism without play, masses that matter or other forces, driven very slowly."""
-    joints = [_without_play(joint) for joint in scene.joints if not isinstance(joint, Stop)]
     rate = math.copysign(2.0 * math.pi / _SLOW, speed.speed)
     drives = [
         Motion(drive.name, drive.joint, Polynomial([speed.angle, rate])) if drive is speed else drive
         for drive in scene.drives
     ]
-    start = [one for one in scene.start if not isinstance(one, ClearanceStart | GuideStart)]
-    return replace(scene, joints=joints, drives=drives, start=start, forces=[load])
+    return replace(without_play(scene), drives=drives, forces=[load])

@@ -70,7 +70,7 @@ class Pose:
 
     def _note(self, end: str) -> None:
         name, point = owner_of(end), self.at(end)
-        if not any(np.allclose(point, other, rtol=0.0, atol=1e-12) for other in self.points[name]):
+        if not any(np.abs(point - other).max() <= 1e-12 for other in self.points[name]):
             self.points[name].append(point)
 
     def at(self, end: str) -> Array:

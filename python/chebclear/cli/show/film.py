@@ -1,0 +1,112 @@
+"""What `chebclear show` plays: positions over a turn, the output, its transmission angle and lost motion."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...decisions.kinematics import output_joint, period_of, positions, transmission_angle, turning
+from ...errors import ChebclearError
+from ...plots.animation.film import instants, mechanism_panel, mechanism_words
+from ...plots.animation.motion import moving_mechanism
+from ...plots.drawing.pose import Pose
+from ...report.film import Chart, Film, chart
+from ...scene.columns import plain_words
+from ...scene.parts import GROUND, ends_of, joints_with_play, owner_of
+from ...scene.scene import Prismatic, Revolute, Scene, Speed
+from ...study.lost_motion import lost_motion
+
+Array = NDArray[np.float64]
+
+FRAMES = 121
+"""Positions of a turn [-]: every three degrees."""
+
+
+def film_of(given: Scene, exaggerate: float, duration: float) -> tuple[Film, list[str]]:
+    """A mechanism through a turn of its drive, or through its run.
+
+    Parameters
+    ----------
+    given : Scene
+        The mechanism.
+    exaggerate : float
+        Factor by which clearances are drawn larger than they are [-].
+    duration : float
+        Time that is shown where no drive turns at constant speed [s].
+
+    Returns
+    -------
+    (Film, list of str)
+        The film, and what it does not show and why.
+
+    Raises
+    ------
+    SceneError
+        If the scene is wrong or cannot be assembled.
+    """
+    scene = turning(given)
+    notes = list(given.check().warnings)
+    if scene is not given:
+        joint = next(drive.joint for drive in scene.drives)
+        notes.append(
+            f"No drive prescribes the mechanism: {plain_words(joint)} is turned, without its forces."
+        )
+    period = period_of(scene)
+    turns = math.isfinite(period)
+    found = positions(scene, period if turns else duration, FRAMES)
+    if found.degrees_of_freedom:
+        notes.append(
+            f"The drives leave {found.degrees_of_freedom} degrees of freedom: only the assembled position is "
+            "shown; chebclear animate shows the motion."
+        )
+    if found.stopped:
+        notes.append(f"It cannot go on from the last position: {found.stopped}.")
+    panel = mechanism_panel(moving_mechanism(scene, found.poses, exaggerate), mechanism_words(scene))
+    if not turns:
+        at, label, places = found.t, "time [s]", instants(scene, found.t)
+    else:
+        at = 360.0 * found.t / period
+        speed = next(drive for drive in scene.drives if isinstance(drive, Speed) and drive.speed)
+        label = f"turn of {plain_words(speed.joint)} [°]"
+        places = [f"{angle:.1f}°" for angle in at]
+    charts = _charts(scene, at, found.poses, notes) if len(at) > 1 else []
+    cyclic = turns and not found.stopped and not found.degrees_of_freedom
+    return Film(panel.title, label, at, places, [panel], charts, cyclic=cyclic), notes
+
+
+def _charts(scene: Scene, at: Array, poses: Array, notes: list[str]) -> list[Chart]:
+    """The output, its transmission angle, and how far it moves by play; notes say what is missing."""
+    joint = output_joint(scene)
+    if joint is None:
+        return []
+    name = next(owner_of(end) for end in ends_of(joint) if owner_of(end) != GROUND)
+    index = [body.name for body in scene.bodies].index(name)
+    way = _way(scene, joint, poses[0])
+    if way is None:
+        charts = [chart(f"angle of {plain_words(name)}", "rad", at, poses[:, index, 2])]
+    else:
+        along = poses[:, index, :2] @ np.array(way)
+        charts = [chart(f"position of {plain_words(name)} along its guide", "m", at, along)]
+    angle = transmission_angle(scene, poses)
+    if angle is None:
+        notes.append(f"No transmission angle: {plain_words(name)} is not moved by a coupler with two pins.")
+    else:
+        charts.append(chart("transmission angle", "rad", at, angle))
+    if joints_with_play(scene.joints):
+        try:
+            lost = lost_motion(scene, name, way, angles=FRAMES)
+            total = lost.total[: len(at)]
+            charts.append(chart(f"lost motion of {plain_words(name)} by play", lost.unit, at, total))
+        except ChebclearError as error:
+            notes.append(f"No lost motion: {error}")
+    return charts
+
+
+def _way(scene: Scene, joint: Prismatic | Revolute, pose: Array) -> tuple[float, float] | None:
+    """The direction in which an output slides; None for one that swings."""
+    if not isinstance(joint, Prismatic):
+        return None
+    x, y = Pose(scene, pose).direction(joint.axis, owner_of(joint.a))
+    return float(x), float(y)

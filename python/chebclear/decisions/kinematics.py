@@ -1,0 +1,175 @@
+"""Kinematics: the positions that drives prescribe once clearances are closed, and the transmission angle."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.units import unit
+from ..plots.drawing.pose import simulated_poses
+from ..run.settings import Settings
+from ..run.simulation import simulate
+from ..scene.parts import GROUND, ends_of, owner_of
+from ..scene.scene import ClearanceRevolute, Joint, JointStart, Prismatic, Revolute, Scene, Speed
+from ..study.lost_motion import without_play
+
+Array = NDArray[np.float64]
+
+_PIVOTS = (Revolute, ClearanceRevolute)
+
+
+@dataclass(frozen=True)
+class Positions:
+    """Where the bodies of a mechanism without play are."""
+
+    t: Array = field(metadata=unit("s"))
+    """Instants [s], shape (frames,)."""
+    poses: Array
+    """Position x, y [m] and angle [rad] of the frame of each body, shape (frames, bodies, 3)."""
+    degrees_of_freedom: int
+    """Coordinates that no drive prescribes [-]: with any, the assembled position is the only one."""
+    stopped: str = ""
+    """Why there are fewer positions than asked for: what a run says that ended early; empty if none did."""
+
+
+def turning(scene: Scene) -> Scene:
+    """A mechanism with one degree of freedom and no drive with one that turns its first bearing on ground, at
+    1 rad/s from where it is assembled; any other as it is."""
+    ideal = without_play(scene)
+    bearing = next(
+        (one for one in ideal.joints if isinstance(one, Revolute) and GROUND in map(owner_of, ends_of(one))),
+        None,
+    )
+    facts = scene.check()
+    if scene.drives or bearing is None or ideal.check().degrees_of_freedom != 1:
+        return scene
+    angles = dict(zip(facts.bodies, (pose[2] for pose in facts.poses), strict=True)) | {GROUND: 0.0}
+    angle = angles[owner_of(bearing.b)] - angles[owner_of(bearing.a)]
+    start = [
+        replace(one, velocity=0.0)
+        for one in scene.start
+        if isinstance(one, JointStart) and one.joint != bearing.name
+    ]
+    return replace(scene, drives=[Speed(f"turn of {bearing.name}", bearing.name, 1.0, angle)], start=start)
+
+
+def positions(scene: Scene, duration: float, frames: int) -> Positions:
+    """The positions of a mechanism whose drives prescribe it once its clearances are closed.
+
+    Parameters
+    ----------
+    scene : Scene
+        The mechanism.
+    duration : float
+        Time through which its drives move [s].
+    frames : int
+        Instants, both ends included [-].
+
+    Returns
+    -------
+    Positions
+
+    Raises
+    ------
+    SceneError
+        If the scene is wrong or cannot be assembled.
+    """
+    ideal = without_play(scene)
+    free = ideal.check().degrees_of_freedom
+    if free or not scene.drives:
+        return Positions(np.zeros(1), np.array([scene.check().poses]), free)
+    columns = [f"{body.name}.{axis}" for body in scene.bodies for axis in ("x", "y", "angle")]
+    settings = Settings(duration=duration, samples=frames, outputs=columns)
+    run = simulate(ideal, settings=settings, on_failure="return")
+    poses = simulated_poses(run)
+    known = np.isfinite(poses).all(axis=(1, 2))
+    return Positions(run.t[known], poses[known], 0, "" if run.success else run.message)
+
+
+def output_joint(scene: Scene) -> Prismatic | Revolute | None:
+    """The joint by which the driven end of a mechanism slides or swings on ground: the last one that slides
+    without being driven, else the last one that swings; None without any."""
+    driven = {drive.joint for drive in scene.drives}
+    on_ground = [
+        joint
+        for joint in without_play(scene).joints
+        if joint.name not in driven and GROUND in map(owner_of, ends_of(joint))
+    ]
+    sliding = [joint for joint in on_ground if isinstance(joint, Prismatic)]
+    swinging = [joint for joint in on_ground if isinstance(joint, Revolute)]
+    return sliding[-1] if sliding else swinging[-1] if swinging else None
+
+
+def transmission_angle(scene: Scene, poses: Array) -> Array | None:
+    """Angle between the coupler and the path of the pin at which it moves the output, from a right angle.
+
+    Of a rocker the angle between coupler and rocker, of a slider that between coupler and the normal of its
+    guide, folded to at most a right angle: at zero no force moves the output. After Alt (1932).
+
+    Parameters
+    ----------
+    scene : Scene
+        The mechanism.
+    poses : ndarray, shape (frames, bodies, 3)
+        Position x, y [m] and angle [rad] of the frame of each body.
+
+    Returns
+    -------
+    ndarray of shape (frames,), or None
+        The angle [rad]; None where the output has no coupler with two pins.
+    """
+    joint = output_joint(scene)
+    if joint is None:
+        return None
+    output = next(owner_of(end) for end in ends_of(joint) if owner_of(end) != GROUND)
+    pins = [one for one in scene.joints if isinstance(one, _PIVOTS) and output in map(owner_of, ends_of(one))]
+    for pin in pins:
+        coupler = next((owner_of(end) for end in ends_of(pin) if owner_of(end) != output), GROUND)
+        others = [one for one in scene.joints if one is not pin and coupler in map(owner_of, ends_of(one))]
+        if coupler == GROUND or len(others) != 1 or not isinstance(others[0], _PIVOTS):
+            continue
+        far, near = (_path(scene, poses, _end_at(one, coupler)) for one in (others[0], pin))
+        rod = near - far
+        if isinstance(joint, Prismatic):
+            turned = (
+                np.zeros(1) if owner_of(joint.a) == GROUND else poses[:, _index(scene, owner_of(joint.a)), 2]
+            )
+            way = _turned(np.array(joint.axis), turned)
+        else:
+            arm = near - _path(scene, poses, _end_at(joint, output))
+            way = np.column_stack([-arm[:, 1], arm[:, 0]])
+        lengths = np.hypot(*rod.T) * np.hypot(*way.T)
+        return np.asarray(np.arcsin(np.minimum(np.abs(np.sum(rod * way, axis=1)) / lengths, 1.0)))
+    return None
+
+
+def _end_at(joint: Joint, body: str) -> str:
+    """The point of a joint on a body."""
+    return next(end for end in ends_of(joint) if owner_of(end) == body)
+
+
+def _index(scene: Scene, body: str) -> int:
+    return [one.name for one in scene.bodies].index(body)
+
+
+def _path(scene: Scene, poses: Array, end: str) -> Array:
+    """Where a point of a body is, shape (frames, 2) [m]."""
+    index = _index(scene, owner_of(end))
+    body, label = scene.bodies[index], end.partition(".")[2]
+    local = body.center_of_mass if label == "center_of_mass" else body.points[label] if label else (0.0, 0.0)
+    return poses[:, index, :2] + _turned(np.array(local), poses[:, index, 2])
+
+
+def _turned(vector: Array, angle: Array) -> Array:
+    """A vector turned by each of the angles [rad], shape (angles, 2)."""
+    sine, cosine = np.sin(angle), np.cos(angle)
+    return np.column_stack([cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1]])
+
+
+def period_of(scene: Scene) -> float:
+    """Time of one revolution of the only drive at constant speed [s]; NaN without one."""
+    speeds = [drive.speed for drive in scene.drives if isinstance(drive, Speed) and drive.speed]
+    return 2.0 * math.pi / abs(speeds[0]) if len(speeds) == 1 else math.nan
