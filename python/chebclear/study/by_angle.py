@@ -33,7 +33,7 @@ _SUMS = ("impact_loss", "friction_loss", "damping_loss", "wear", "input", "balan
 # the largest speed. With 180 a revolution accelerations that oscillate between samples put the position of
 # the paper's slider off by 7 um, with 1440 by 0.1 um.
 _OVERSAMPLING = 2
-_LEAST_STEPS = 1440
+LEAST_STEPS = 1440
 # A crank that turns by less in the whole run counts as at rest [rad].
 _LEAST_TURN = 1e-6
 # Runs that differ by this part of the spread over the box are not predictable. Within two revolutions that
@@ -78,14 +78,14 @@ def turning(
         checks.add(f"revolutions must be > discard, got {revolutions} and {discard}")
     nominal = {name: side.nominal for name, side in study.intervals.items()}
     scene = study.scene(nominal)
-    crank = _crank(checks, scene, joint)
+    crank = crank_of(checks, scene, joint)
     checks.finish()
     ends = [
         study.scene({**nominal, name: end})
         for name, side in study.intervals.items()
         for end in (side.lower, side.upper)
     ]
-    drive = _driven(scene).get(crank)
+    drive = drives_of(scene).get(crank)
     if drive is not None and all(_same(drive, other) for other in ends):
         return _constant(settings, drive, revolutions, discard)
     return _measured(study, settings, scene, ends, crank, revolutions, discard)
@@ -125,7 +125,7 @@ def _measured(
     column = f"{crank}.angle"
     names = settings.for_scene(scene).outputs or scene.check().columns
     duration = settings.duration
-    driven = [found.get(crank) for found in map(_driven, [scene, *ends])]
+    driven = [found.get(crank) for found in map(drives_of, [scene, *ends])]
     speeds = [abs(drive.speed) for drive in driven if drive is not None]
     if len(speeds) == len(driven):
         # One revolution more, since the motion up to the first angle is skipped.
@@ -138,7 +138,7 @@ def _measured(
     fastest = float(np.max(np.abs(np.diff(angle)))) * (_LOOK - 1) / duration
     if np.ptp(angle) < _LEAST_TURN:
         raise ArgumentError(f'"{crank}" does not turn: a band by crank angle needs revolutions')
-    steps_of_turn = max(_OVERSAMPLING * (settings.samples - 1), _LEAST_STEPS)
+    steps_of_turn = max(_OVERSAMPLING * (settings.samples - 1), LEAST_STEPS)
     steps = steps_of_turn * fastest * duration / (2.0 * math.pi)
     shown = column in names
     turns = Revolutions(
@@ -209,7 +209,7 @@ def cut(runs: Runs, revolutions: Revolutions) -> Runs:
             "features instead, such as the wear of each cycle"
         )
     if revolutions.column is None:
-        drive = _driven(runs.scenes[-1])[revolutions.joint]
+        drive = drives_of(runs.scenes[-1])[revolutions.joint]
         if not all(_same(drive, scene) for scene in runs.scenes):
             raise ArgumentError(
                 f'the speed of "{revolutions.joint}" differs inside the box, but not at the ends of its '
@@ -251,28 +251,30 @@ def _at_the_angles(runs: Runs, revolutions: Revolutions, column: str) -> Runs:
     return dataclasses.replace(runs, t=t, outputs=outputs, values=values)
 
 
-def _driven(scene: Scene) -> dict[str, Speed]:
+def drives_of(scene: Scene) -> dict[str, Speed]:
     """The drives at constant speed by their joints."""
     return {drive.joint: drive for drive in scene.drives if isinstance(drive, Speed) and drive.speed != 0.0}
 
 
 def _same(drive: Speed, scene: Scene) -> bool:
     """Whether a joint turns at the same speed from the same angle in another scene."""
-    other = _driven(scene).get(drive.joint)
+    other = drives_of(scene).get(drive.joint)
     return other is not None and (other.speed, other.angle) == (drive.speed, drive.angle)
 
 
-def _crank(checks: Checks, scene: Scene, joint: str | None) -> str:
+def crank_of(checks: Checks, scene: Scene, joint: str | None, argument: str = "angle") -> str:
     """The joint whose angle is the crank angle."""
-    driven, turn = _driven(scene), [one.name for one in scene.joints if isinstance(one, Revolute)]
+    driven, turn = drives_of(scene), [one.name for one in scene.joints if isinstance(one, Revolute)]
     if joint is None:
         if len(driven) == 1:
             return next(iter(driven))
         why = "no drive turns" if not driven else "several drives turn"
-        checks.add(f"{why} at constant speed: angle must name the joint of the crank, one of {_listed(turn)}")
+        checks.add(
+            f"{why} at constant speed: {argument} must name the joint of the crank, one of {_listed(turn)}"
+        )
     elif joint not in turn:
         hint = did_you_mean(joint, turn) if isinstance(joint, str) else ""
-        checks.add(f"angle must be a revolute joint, one of {_listed(turn)}, got {joint!r}{hint}")
+        checks.add(f"{argument} must be a revolute joint, one of {_listed(turn)}, got {joint!r}{hint}")
     return str(joint)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -18,9 +19,11 @@ from ..execution.pieces import NOT_BEGUN
 from ..run.features import lowest, peak
 from ..run.notices import Notice, issue
 from ..run.settings import Settings
+from ..run.signals.resampling import at_angle
 from ..scene.columns import column_unit
 from ..scene.distributions import Uniform
 from . import sampled
+from .by_angle import LEAST_STEPS, crank_of, drives_of
 from .designs import Design, carried_out
 from .features.features import FeatureSpec, outputs_of, tracked_features
 from .requirements.conformance import Conformance, Share, share_of
@@ -43,6 +46,8 @@ Array = NDArray[np.float64]
 _FIRST_PIECE = 200
 # Of the mechanisms that a study draws for its requirements: their least number, and of their intervals [-].
 _LEAST_RUNS, _CONFIDENCE = 100, 0.95
+# Steps of the crank angle that are taken as one where a crank turns faster than in the nominal mechanism [-].
+_COARSEST = 2.0
 
 
 @dataclass(frozen=True)
@@ -55,6 +60,8 @@ class Watched:
     """Unit of the quantity."""
     limits: tuple[float, float]
     """Its limits in that unit."""
+    crank: str | None = None
+    """Output that is the crank angle, where the quantity counts at one; None elsewhere."""
 
     def is_outside(self, extremes: Array) -> NDArray[np.bool_]:
         """Which runs break them, by the lowest and the highest value of each, or failed."""
@@ -316,12 +323,16 @@ def watching_for(runner: Runner, asked: dict[str, Specification]) -> tuple[Runne
     columns: list[str] = []
     if settings is not None:
         nominal = {name: side.nominal for name, side in runner.intervals.items()}
-        facts = runner.scene(nominal).check()
+        nominal_scene = runner.scene(nominal)
+        facts = nominal_scene.check()
         columns = [*facts.columns, *facts.further_columns]
-    watched, sampled = {}, []
+    watched: dict[str, Watched] = {}
+    sampled: list[str] = []
+    steps = 1
     for name, one in asked.items():
         place, quantity = f'specifications["{name}"]', one.quantity
         taken: tuple[str, str] | None = (quantity, quantity)
+        crank = None
         if quantity in runner.features:
             unit = units_of([quantity], runner.features, runner.units, simulated=settings is not None)[0]
             if one.at is not None:
@@ -333,7 +344,14 @@ def watching_for(runner: Runner, asked: dict[str, Specification]) -> tuple[Runne
                 checks.add_at(
                     place, f'unknown output or feature "{quantity}"{meant_or_known(quantity, known)}'
                 )
-            elif one.at is not None:
+            elif one.angle is not None:
+                joint = crank_of(checks, nominal_scene, one.joint, f"{place}.joint")
+                crank, taken = f"{joint}.angle", None
+                sampled += [quantity, crank]
+                if joint in (driven := drives_of(nominal_scene)):
+                    turns = abs(driven[joint].speed) * settings.duration / (2.0 * math.pi)
+                    steps = max(steps, math.ceil(turns * LEAST_STEPS / (settings.samples - 1)))
+            elif not isinstance(one.at, str) and one.at is not None:
                 _instant(checks, place, one.at, settings)
                 taken = None
                 sampled.append(quantity)
@@ -345,13 +363,17 @@ def watching_for(runner: Runner, asked: dict[str, Specification]) -> tuple[Runne
         else:
             # A model of the user's own: outputs are known once it has run.
             unit, taken = runner.units.get(quantity, ""), None
-        watched[name] = Watched(taken, unit, one.limits(checks, place, unit))
+            if one.angle is not None:
+                checks.add_at(place, "an angle needs scenes: a model of your own has no crank")
+        watched[name] = Watched(taken, unit, one.limits(checks, place, unit), crank)
     checks.finish()
     if settings is not None:
         core = tracked_features(features.values())
         kept = outputs_of(features, settings)
         outputs = None if kept is None else tuple(dict.fromkeys([*kept, *sampled]))
-        settings = replace(settings, features=core, outputs=outputs)
+        # Instants of the study remain among the samples.
+        samples = steps * (settings.samples - 1) + 1
+        settings = replace(settings, features=core, outputs=outputs, samples=samples)
     # A mechanism that fails counts as outside, however many do.
     execution = replace(runner.execution, most_failed=1.0)
     return replace(runner, features=features, settings=settings, execution=execution), watched
@@ -400,7 +422,26 @@ def extremes_of(runs: Runs, name: str, one: Specification, watched: Watched, poi
         hint = meant_or_known(one.quantity, known)
         raise ArgumentError(f'specifications["{name}"]: unknown output or feature "{one.quantity}"{hint}')
     values = runs.values[:, :, runs.outputs.index(one.quantity)]
-    if one.at is not None:
+    if watched.crank is not None and one.angle is not None:
+        angles = runs.values[:, :, runs.outputs.index(watched.crank)]
+        turned = float(np.max(np.abs(np.diff(angles, axis=1)))) / (2.0 * math.pi)
+        if turned > _COARSEST / LEAST_STEPS:
+            least = math.ceil(turned * LEAST_STEPS * (len(runs.t) - 1)) + 1
+            raise ArgumentError(
+                f'specifications["{name}"]: the samples are too coarse for a crank angle, the crank turns by '
+                f"up to {360.0 * turned:.3g} deg between them: give the study samples={least}"
+            )
+        for row, angle, own in zip(runs.kept, angles, values, strict=True):
+            passings = at_angle(runs.t, angle, own, one.angle)
+            if len(passings):
+                found[:, row] = passings.min(), passings.max()
+        if np.isnan(found).all():
+            raise ArgumentError(
+                f'specifications["{name}"]: no crank passes {one.at} in the sampled time: give the study a '
+                "longer duration"
+            )
+        return found
+    if one.at is not None and not isinstance(one.at, str):
         values = values[:, [int(np.argmin(np.abs(runs.t - one.at)))]]
     found[0, runs.kept], found[1, runs.kept] = values.min(axis=1), values.max(axis=1)
     return found

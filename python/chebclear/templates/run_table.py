@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..base.arguments import Checks, meant_or_known
+from ..base.units import is_quantity
 from ..errors import SceneError, is_plain
 from ..run.features import JOINT_KINDS, KINDS, Feature, meant_kind
 from ..run.settings import Settings, require_features
@@ -136,16 +137,19 @@ def read_requirements(given: Any, values: Values) -> dict[str, Specification]:
             values.note(path, "misses of, the name of an output or a feature")
         if unknown or "of" not in facts:
             continue
-        at = values.constant(facts["at"], (*path, "at"), "s") if "at" in facts else None
+        at = facts.get("at")
+        if at is not None and not (isinstance(at, str) and is_quantity(at)):  # an expression
+            at = values.constant(at, (*path, "at"), "s")
+        limits = {key: facts[key] for key in ("above", "below", "joint") if key in facts}
         try:
-            found[name] = require(facts["of"], above=facts.get("above"), below=facts.get("below"), at=at)
+            found[name] = require(facts["of"], at=at, **limits)
         except (ValueError, TypeError) as error:
             for line in str(error).split("\n"):
                 values.note(path, line)
     return found
 
 
-_LIMIT_KEYS = ("of", "above", "below", "at")
+_LIMIT_KEYS = ("of", "above", "below", "at", "joint")
 _LIMITS = '{ of = "slider.x", below = "170.1 mm" }'
 
 

@@ -121,6 +121,7 @@ def test_requirements_without_distributions_are_a_note(file, capsys):
         ('of = "block.x"', 'of = "block.z"', 'unknown output or feature "block.z"'),
         ('above = "-103 mm"', 'above = "-103 N"', "is not of the dimension"),
         ('above = "-103 mm"', 'more = "-103 mm"', "unknown key"),
+        ('above = "-103 mm"', 'above = "-103 mm", joint = "rail"', "give an angle too"),
         (', above = "-103 mm"', "", "give a limit"),
         ('distribution = "normal"', 'distribution = "gauss"', 'must be one of "normal", "lognormal"'),
         ('plus = "6 mm", ', 'plus = "5 mm", ', "in the middle"),

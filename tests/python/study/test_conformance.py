@@ -1,5 +1,6 @@
 """Shares in specification against closed forms, SciPy and published probabilities."""
 
+import dataclasses
 import math
 import pickle
 import time
@@ -235,11 +236,11 @@ class TestStudies:
         assert shares["wide"].outside == np.count_nonzero(play >= 0.15)
         assert shares["moves"].outside == np.count_nonzero(np.any(x <= -0.05, axis=1))
         held = []
-        for seed in range(100):
+        for seed in range(40):
             found = self.uniform().sample(60, rng=seed).conformance
             held += [found["wide"].lower <= 23 / 32 <= found["wide"].upper]
             held += [found["moves"].lower <= 8 / 32 <= found["moves"].upper]
-        assert sum(held) >= 186
+        assert sum(held) >= 0.93 * len(held)
         assert str(result).startswith(str(shares))
         assert cc.load_result(result.save(tmp_path / "study")) == result
         assert pickle.loads(pickle.dumps(result)) == result
@@ -336,6 +337,56 @@ class TestSimulations:
         assert found["speed"].outside == np.count_nonzero(length * np.sqrt(stiffness) >= 1.02)
         assert list(found) == ["there", "speed", "all"]
 
+    @staticmethod
+    def wheel(radius, speed):
+        return cc.Scene(
+            [cc.Body("wheel", 1.0, 1.0, points={"tip": (radius, 0.0)})],
+            [cc.Revolute("axle", "ground", "wheel")],
+            drives=[cc.motions.Speed("drive", "axle", speed)],
+        )
+
+    def test_an_output_may_be_required_at_a_crank_angle_in_every_revolution(self):
+        """At 60 degrees the tip is at half the radius, whatever the speed and however coarse the samples."""
+        sides = {"radius": cc.normal(0.1, 0.002), "speed": cc.uniform(-22.0, -18.0)}
+        study = cc.Study(self.wheel, sides, duration=1.0, samples=5)
+        angle = {"there": cc.require("wheel.tip.x", above=0.0495, at="60 deg")}
+        instant = {"then": cc.require("wheel.tip.x", below="99 mm", at="0.25 s")}
+        found = cc.conformance(study, angle | instant, 200)
+        radius, speed = found.parameters.T
+        np.testing.assert_allclose(found["there"].lowest, 0.5 * radius, rtol=1e-8)
+        np.testing.assert_allclose(found["there"].highest, 0.5 * radius, rtol=1e-8)
+        np.testing.assert_allclose(found["then"].highest, radius * np.cos(0.25 * speed), rtol=1e-6)
+        assert found["there"].lower <= NormalDist(0.05, 0.001).cdf(0.0505) <= found["there"].upper
+        assert str(angle["there"]) == "wheel.tip.x above 0.0495 at 60 deg"
+        # At the start alone: the crank does not come round again in 0.2 s.
+        start = cc.require("wheel.tip.x", above=0.1, at="0 deg")
+        (share,) = cc.conformance(study, start, 20).values()
+        np.testing.assert_allclose(share.lowest, found.parameters[:20, 0], rtol=1e-8)
+        late = cc.Study(self.wheel, sides, duration=0.1, samples=5)
+        with pytest.raises(ValueError, match="no crank passes 90 deg"):
+            cc.conformance(late, cc.require("wheel.tip.x", above=0.0, at="90 deg"), 5)
+        with pytest.raises(ValueError, match=r'joint must be a revolute joint, one of "axle"'):
+            cc.conformance(study, cc.require("wheel.tip.x", above=0.0, at="90 deg", joint="axel"), 5)
+        with pytest.raises(ValueError, match="no drive turns"):
+            cc.conformance(self.study(), cc.require("block.x", above=0.0, at="90 deg"), 5)
+        with pytest.raises(ValueError, match="a model of your own has no crank"):
+            cc.conformance(SHAFT, cc.require("play", above=0.0, at="90 deg"), 5)
+
+    def test_samples_that_are_too_coarse_for_an_angle_are_refused(self):
+        def spun(torque):
+            wheel = self.wheel(0.1, 1.0)
+            pushed = cc.Torque("motor", "wheel", torque)
+            return dataclasses.replace(wheel, drives=(), forces=(pushed,))
+
+        study = cc.Study(spun, {"torque": cc.normal(30.0, 1.0)}, duration=1.0, samples=101)
+        wanted = cc.require("wheel.tip.y", above=0.05, at="90 deg", joint="axle")
+        with pytest.raises(ValueError, match=r"too coarse.*samples="):
+            cc.conformance(study, wanted, 5)
+        (share,) = cc.conformance(
+            cc.Study(spun, {"torque": cc.normal(30.0, 1.0)}, duration=1.0, samples=8001), wanted, 5
+        ).values()
+        np.testing.assert_allclose(share.lowest, 0.1, rtol=1e-6)
+
     def test_a_mechanism_that_fails_is_outside(self):
         def fragile(x):
             if x > 2.0:
@@ -369,6 +420,9 @@ class TestBadInput:
             ({"below": "three"}, "must be a finite number"),
             ({"below": math.nan}, "finite"),
             ({"below": 1, "at": -1}, "at must be"),
+            ({"below": 1, "at": "90 N"}, "at .*not of the dimension"),
+            ({"below": 1, "at": "middle"}, "at is no number"),
+            ({"below": 1, "joint": "axle"}, "give an angle too"),
             ({"quantity": 3, "below": 1}, "must be the name"),
         ],
     )

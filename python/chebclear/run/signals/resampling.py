@@ -2,10 +2,34 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
+
+def at_angle(t: Array, angle: Array, values: Array, wanted: float) -> Array:
+    """Values of an output wherever a run passes a crank angle, give or take full turns.
+
+    Parameters
+    ----------
+    t, angle, values : ndarray, shape (samples,)
+        Instants [s], the crank angle at these [rad] and the output.
+    wanted : float
+        The angle [rad].
+
+    Returns
+    -------
+    ndarray, shape (passings,)
+    """
+    turns = (angle - wanted) / (2.0 * math.pi)
+    # If the crank swings back and passes the angle again, the first time counts. A tolerance for rounding.
+    passed = np.maximum.accumulate(turns if turns[-1] >= turns[0] else -turns)
+    whole = np.arange(math.ceil(passed[0] - 1e-9), math.floor(passed[-1] + 1e-9) + 1)
+    instants = refined(np.interp(whole, passed, t), t, angle)
+    return interpolated(instants, t, values[:, None])[:, 0]
 
 
 def refined(instants: Array, t: Array, angle: Array) -> Array:

@@ -24,14 +24,22 @@ class Specification:
         Lower limit, in the unit of the quantity or with its unit; None for none.
     below : float | str | None
         Upper limit.
-    at : float | None
-        Instant at which it must be kept [s]; None for the whole time.
+    at : float | str | None
+        When it must be kept: an instant [s], a crank angle with its unit, or None for the whole time.
+    joint : str | None
+        Joint of the crank; None for that of the only drive at constant speed.
     """
 
     quantity: str
     above: float | str | None = None
     below: float | str | None = None
-    at: float | None = field(default=None, metadata=unit("s"))
+    at: float | str | None = field(default=None, metadata=unit("s"))
+    joint: str | None = None
+
+    @property
+    def angle(self) -> float | None:
+        """Crank angle at which it must be kept [rad]; None for an instant or the whole time."""
+        return convert(self.at, "rad") if isinstance(self.at, str) else None
 
     def limits(self, checks: Checks, place: str, of: str) -> tuple[float, float]:
         """Its limits in the SI unit `of` the quantity; infinite for none."""
@@ -50,8 +58,8 @@ class Specification:
         ends = [
             f"{word} {end}" for word, end in (("above", self.above), ("below", self.below)) if end is not None
         ]
-        when = "" if self.at is None else f" at {self.at:g} s"
-        return f"{self.quantity} {' and '.join(ends)}{when}"
+        when = f" at {self.at:g} s" if isinstance(self.at, float) else f" at {self.at}"
+        return f"{self.quantity} {' and '.join(ends)}{'' if self.at is None else when}"
 
 
 def require(
@@ -59,7 +67,8 @@ def require(
     *,
     above: float | str | None = None,
     below: float | str | None = None,
-    at: float | None = None,
+    at: float | str | None = None,
+    joint: str | None = None,
 ) -> Specification:
     """Limits that an output or a feature must keep to, for `conformance`.
 
@@ -70,8 +79,11 @@ def require(
         motion, or of a feature of the study, in all cycles.
     above, below : float or str, optional
         Limits in the SI unit of the quantity, or with a unit, such as ``"120 mm"``; at least one.
-    at : float, optional
-        Instant [s], one of the samples, at which alone an output must keep to them.
+    at : float or str, optional
+        When alone an output must keep to them: at an instant [s], one of the samples, or wherever the crank
+        passes an angle in the sampled time, such as ``"90 deg"``. A mechanism that never does is outside.
+    joint : str, optional
+        Revolute joint whose angle is meant; that of the only drive at constant speed if not given.
 
     Returns
     -------
@@ -96,10 +108,18 @@ def require(
     for name, given in (("above", above), ("below", below)):
         if given is not None and not (isinstance(given, str) and is_quantity(given)):
             checks.real(name, given, "SI unit")
-    if at is not None:
-        checks.real("at", at, "s", least=0.0)
+    when: float | str | None = at
+    if isinstance(at, str):
+        try:
+            convert(at, "rad")
+        except UnitError:
+            when = _limit(checks, "at", at, "s", 0.0)
+    if when is not None and not isinstance(when, str):
+        when = checks.real("at", when, "s", least=0.0)
+    if joint is not None and not isinstance(when, str):
+        checks.add(f'joint is that of the crank: give an angle too, at="90 deg", got {joint!r}')
     checks.finish()
-    return Specification(quantity, above, below, at)
+    return Specification(quantity, above, below, when, joint)
 
 
 def checked_specifications(

@@ -230,7 +230,7 @@ def _features() -> FieldTable:
 
 def _requirements() -> FieldTable:
     words = "Limits that outputs and features must keep to, by names of your choice."
-    forms = {"of": ("text", "required")}
+    forms = {"of": ("text", "required"), "joint": ("text", "optional")}
     rows = [
         FieldRow(
             f"NAME.{name}",

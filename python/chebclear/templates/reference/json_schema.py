@@ -94,7 +94,8 @@ REQUIREMENT: dict[str, Any] = {
         "of": {"description": "name of an output or a feature", **_TEXT},
         "above": _number("lower limit"),
         "below": _number("upper limit"),
-        "at": _number("instant at which alone it must be kept [s]"),
+        "at": _number("when alone it must be kept: an instant [s], or a crank angle such as '90 deg'"),
+        "joint": {"description": "joint of the crank, if it is not that of the only drive", **_TEXT},
     },
 }
 PARAMETER: dict[str, Any] = {
