@@ -12,6 +12,7 @@ from .base.quantities import (
     rpm as rpm,
 )
 from .decisions.contrast import contrast as contrast
+from .decisions.lost_motion import lost_motion as lost_motion
 from .decisions.measured import load_measured as load_measured
 from .decisions.modes import modes as modes
 from .errors import (
@@ -58,7 +59,6 @@ from .study.band.zones import restraint_zones as restraint_zones
 from .study.bifurcation import bifurcation as bifurcation
 from .study.comparison import compare as compare
 from .study.conforming import conformance as conformance
-from .study.lost_motion import lost_motion as lost_motion
 from .study.polynomials.surrogate import Surrogate as Surrogate
 from .study.requirements.specification import require as require
 from .study.results import StudyResult as StudyResult

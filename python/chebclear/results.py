@@ -1,6 +1,7 @@
 """Types of the results, which functions and methods return."""
 
 from .decisions.contrast import Contrast, Difference, ShareDifference
+from .decisions.lost_motion import LostMotion
 from .decisions.measured import Agreement, Measured
 from .decisions.modes import Modes
 from .execution.failures import FailedRun
@@ -23,11 +24,11 @@ from .study.features.features import FeatureResult, FeatureTable
 from .study.features.ranking import Rank, Ranking
 from .study.features.reach import FeatureInterval
 from .study.function import StudyFunction
-from .study.lost_motion import LostMotion
 from .study.polynomials.sensitivity import VarianceShares
 from .study.polynomials.surrogate import PolynomialRange
 from .study.requirements.conformance import Conformance, Share
 from .study.requirements.specification import Specification
+from .study.sweep import LiftOff, Resonance, Sweep
 from .templates.template import Parameter, Template
 from .tradeoffs.bounds import StudyTradeoff, StudyTradeoffPoint
 from .tradeoffs.point import TradeoffPoint
@@ -56,6 +57,7 @@ __all__ = [
     "FeatureResult",
     "FeatureTable",
     "Inspection",
+    "LiftOff",
     "Lognormal",
     "LostMotion",
     "Margin",
@@ -70,6 +72,7 @@ __all__ = [
     "Rank",
     "Ranking",
     "Recommendation",
+    "Resonance",
     "RestraintZones",
     "Share",
     "ShareDifference",
@@ -79,6 +82,7 @@ __all__ = [
     "StudyFunction",
     "StudyTradeoff",
     "StudyTradeoffPoint",
+    "Sweep",
     "Swing",
     "Template",
     "Tradeoff",

@@ -1,6 +1,6 @@
-"""Decisions of a designer: is a design better, does a model fit a trace, at which speeds does it vibrate.
+"""Decisions of a designer: is a design better, does a model fit a trace, how does it vibrate, how far play.
 
 In: two studies and requirements, a scene, or bands and a measured trace; out: paired differences with exact
-intervals, natural frequencies and modes, positions and transmission angles, shares of a trace inside bands.
-Uses `study`, `execution`, `run`, `scene`, `report`, `plots` and `base`.
+intervals, natural frequencies and modes, positions and transmission angles, lost motion, shares of a trace
+inside bands. Uses `study`, `execution`, `run`, `scene`, `report`, `plots` and `base`.
 """

@@ -14,7 +14,7 @@ from ..run.settings import Settings
 from ..run.simulation import simulate
 from ..scene.parts import GROUND, ends_of, owner_of
 from ..scene.scene import ClearanceRevolute, Joint, JointStart, Prismatic, Revolute, Scene, Speed
-from ..study.lost_motion import without_play
+from .lost_motion import without_play
 
 Array = NDArray[np.float64]
 

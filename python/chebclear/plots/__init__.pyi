@@ -5,7 +5,7 @@ from .bands import (
     plot_lost_motion as plot_lost_motion,
     plot_sensitivity as plot_sensitivity,
 )
-from .bifurcations import plot_bifurcation as plot_bifurcation
+from .bifurcations import plot_bifurcation as plot_bifurcation, plot_sweep as plot_sweep
 from .costs import plot_study_tradeoff as plot_study_tradeoff, plot_tradeoff as plot_tradeoff
 from .drawing.scene import plot_scene as plot_scene
 from .features import (

@@ -17,10 +17,10 @@ from .subjects import require
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ..decisions.lost_motion import LostMotion
     from ..decisions.measured import Agreement
     from ..study.band.band import Band
     from ..study.band.zones import RestraintZones
-    from ..study.lost_motion import LostMotion
 
 Array = NDArray[np.float64]
 

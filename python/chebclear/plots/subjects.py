@@ -29,6 +29,7 @@ _WORDS = {
     "LostMotion": "a LostMotion, as lost_motion returns it",
     "Spectrum": 'a Spectrum, as run.spectrum("slider.ax") returns it',
     "Cycles": 'load cycles, as run.cycles("wrist.normal_force") returns them',
+    "Sweep": "a Sweep, as Study.sweep returns it",
     "Bifurcation": "a Bifurcation, as bifurcation returns it",
 }
 

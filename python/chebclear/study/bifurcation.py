@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Literal, Self, Unpack
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
+GoOn = Callable[[float], None]
+Result = TypeVar("Result")
 
 MOST_VALUES = 100_000
 MOST_PERIODS = 1_000_000
@@ -233,7 +235,12 @@ def bifurcation(
         replace(one, duration=count * time, skip=skipped * time, outputs=(name,)).for_scene(scene)
         for scene, time in zip(scenes, times.tolist(), strict=True)
     ]
-    columns = _simulated(scenes, each, name, threads, progress)
+
+    def sampled(index: int, go_on: GoOn) -> Array:
+        run = run_scene(scenes[index], each[index], go_on)
+        return np.where(run.success, run[name], np.nan)
+
+    columns: Array = np.array(in_threads(sampled, len(scenes), threads, progress))
     failed = np.flatnonzero(~np.isfinite(columns).all(axis=1))
     if len(failed):
         warn(
@@ -261,33 +268,28 @@ def _first_eccentricity(scene: Scene) -> str:
     raise ArgumentError("the scene has no clearance joint: name the output to sample")
 
 
-def _simulated(
-    scenes: Sequence[Scene],
-    settings: Sequence[Settings],
-    output: str,
-    threads: int | None,
-    progress: bool | Progress | None,
-) -> Array:
-    """The output of all runs, shape (runs, samples), simulated in threads."""
+def in_threads(
+    one: Callable[[int, GoOn], Result], count: int, threads: int | None, progress: bool | Progress | None
+) -> list[Result]:
+    """What a function returns for each number below `count`, called in threads.
+
+    It also gets a function for its simulations to call, which ends them where the user interrupts.
+    """
     stop = threading.Event()
 
     def go_on(share: float) -> None:
         if stop.is_set():
             raise CancelledError("the sweep was interrupted")
 
-    def one(index: int) -> Array:
-        run = run_scene(scenes[index], settings[index], go_on)
-        return np.where(run.success, run[output], np.nan)
-
-    rows = []
+    results = []
     with ThreadPoolExecutor(threads) as pool, reporter(progress, "study") as report:
         try:
-            for done, row in enumerate(pool.map(one, range(len(scenes))), start=1):
-                rows.append(row)
+            for done, result in enumerate(pool.map(lambda index: one(index, go_on), range(count)), start=1):
+                results.append(result)
                 if report is not None:
-                    report(done, len(scenes))
+                    report(done, count)
         except BaseException:
             stop.set()
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-    return np.array(rows)
+    return results

@@ -33,13 +33,14 @@ from .results import StudyResult
 from .runner import checked_runner
 from .sources.finished import FinishedRuns, finished_runs
 from .spec import MAX_RUNS
+from .sweep import WithSweep
 
 _DESIGNS: dict[str, Callable[..., Design]]
 _DESIGNS = {"band": sampled.band} | {name: getattr(designs, name) for name in ("chebyshev", "scan", "sample")}
 
 
 @with_settings(RunOptions)
-class Study:
+class Study(WithSweep):
     """A mechanism, or a model of your own, whose parameters are known to lie in intervals.
 
     Parameters
@@ -412,10 +413,9 @@ class Study:
             probes = checks.whole("probes", probes, least=1)
         checks.finish()
         asked = signature(getattr(self, method))
-        for name in arguments:
-            if name not in asked.parameters:
-                known = list(asked.parameters)
-                checks.add(f'{method} has no argument "{name}"{meant_or_known(name, known)}', wrong_type=True)
+        for name in [name for name in arguments if name not in asked.parameters]:
+            hint = meant_or_known(name, asked.parameters)
+            checks.add(f'{method} has no argument "{name}"{hint}', wrong_type=True)
         checks.finish()
         given = asked.bind(**arguments)
         given.apply_defaults()

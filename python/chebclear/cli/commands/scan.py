@@ -1,10 +1,30 @@
-"""``chebclear scan``: brute force over a grid of the parameters."""
+"""``chebclear scan`` and ``sweep``: brute force over the parameters; the settled motion over one of them."""
 
 from __future__ import annotations
 
 import argparse
 
-from ..options import Commands, add_means, add_out, add_scene, add_settings, count, new_command
+import numpy as np
+
+from ...base.arguments import meant_or_known
+from ...base.quantities import Interval
+from ...base.writing import complete_folder, file_name
+from ...study.study import Study
+from ...templates.reader import load
+from ...templates.template import Template
+from ..figures import DPI
+from ..options import (
+    Commands,
+    add_means,
+    add_out,
+    add_scene,
+    add_settings,
+    add_threads,
+    count,
+    new_command,
+)
+from ..output import print_json, require_writable, write_table
+from ..scenes import changes_of, progress_of, settings_of, template_of
 from .study import STUDY_FILES, carry_out, study_of
 
 
@@ -31,9 +51,96 @@ def add(commands: Commands) -> None:
     add_out(command, STUDY_FILES)
     add_means(command)
     command.set_defaults(require=None, check=False)
+    _add_sweep(commands)
+
+
+def _add_sweep(commands: Commands) -> None:
+    command = new_command(
+        commands,
+        "sweep",
+        sweep,
+        "at which speeds features of a revolution are large, scatter, or contact is lost",
+        "Simulate a scene at many values of one parameter of the file, such as the speed of its drive, until "
+        "it has settled. Print for every entry of the table [features] how it varies from revolution to "
+        "revolution, resonances, and where joints begin to lose contact.",
+        "chebclear sweep press.toml crank_speed '60 rpm' '600 rpm' --points 55",
+    )
+    add_scene(command)
+    command.add_argument("parameter", metavar="NAME", help="a parameter of the file")
+    command.add_argument("lower", metavar="FROM", help="its first value, as 20 or '60 rpm'")
+    command.add_argument("upper", metavar="TO", help="its last value")
+    words = "{} (default: %(default)s)"
+    for name, default, what in (
+        ("points", 41, "number of equally spaced values"),
+        ("revolutions", 20, "revolutions of each run whose features are found"),
+        ("discard", 10, "revolutions before them, for the starting transient to decay"),
+    ):
+        command.add_argument(f"--{name}", type=count, default=default, metavar="N", help=words.format(what))
+    command.add_argument(
+        "--angle", metavar="JOINT", help="revolute joint whose revolutions count (default: the driven one)"
+    )
+    add_settings(command, outputs=False)
+    add_out(command, "sweep.txt, the table of values (md, csv, json) and a PNG for every feature")
+    add_threads(command)
 
 
 def scan(options: argparse.Namespace) -> int:
     """Run the command."""
     made, title = study_of(options)
     return carry_out(made, "scan", {"points": options.points}, options, title)
+
+
+def sweep(options: argparse.Namespace) -> int:
+    """Run the command."""
+    template = template_of(options)
+    if not template.features:
+        options.usage_error(
+            'of what? give the file a table [features], as in stroke = "peak_to_peak(slider.x)"'
+        )
+    require_writable(options.out)
+    if options.parameter not in template.parameters:
+        hint = meant_or_known(options.parameter, template.parameters)
+        options.usage_error(f'argument NAME: the file has no parameter "{options.parameter}"{hint}')
+    lower, upper = (_value(template, options, end) for end in (options.lower, options.upper))
+    settings = settings_of(template, options) | {"features": template.features}
+    means = {"threads": options.threads, "progress": progress_of(options)}
+    study = Study(template, {options.parameter: Interval(lower, upper)}, **settings, **means)
+    found = study.sweep(
+        options.parameter,
+        lower,
+        upper,
+        options.points,
+        revolutions=options.revolutions,
+        discard=options.discard,
+        angle=options.angle,
+    )
+    columns = found.statistics
+    rows = [dict(zip(columns, row, strict=True)) for row in np.column_stack(list(columns.values())).tolist()]
+    if options.out is not None:
+        from matplotlib.figure import Figure
+
+        with complete_folder(options.out) as folder:
+            write_table(rows, folder, "sweep")
+            (folder / "sweep.txt").write_text(f"{found}\n", encoding="utf-8")
+            for name in found:
+                figure = Figure(layout="constrained")
+                found.plot(name, ax=figure.add_subplot())
+                figure.savefig(folder / f"{file_name(name)}.png", dpi=DPI)
+    if options.json:
+        resonances = {name: [vars(one) for one in found.resonances(name)] for name in found}
+        lift_offs = [vars(one) for one in found.lift_offs]
+        print_json({"values": rows, "resonances": resonances, "lift_offs": lift_offs})
+    else:
+        print(found)
+        if options.out is not None:
+            print(f"wrote    {options.out / 'sweep.txt'} and more beside it")
+    return 0
+
+
+def _value(template: Template, options: argparse.Namespace, text: str) -> float:
+    """A value of the parameter, read as the file is."""
+    changed = load(options.scene, changes=changes_of(options) | {options.parameter: text})
+    unit, known = changed.unit_of(options.parameter), template.unit_of(options.parameter)
+    if unit not in ("", known):
+        options.usage_error(f"{options.parameter} is in {known or 'no unit'}, got {text!r}")
+    return changed.values()[options.parameter]

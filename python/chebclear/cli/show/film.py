@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...decisions.kinematics import output_joint, period_of, positions, transmission_angle, turning
+from ...decisions.lost_motion import lost_motion
 from ...errors import ChebclearError
 from ...plots.animation.film import instants, mechanism_panel, mechanism_words
 from ...plots.animation.motion import moving_mechanism
@@ -16,7 +17,6 @@ from ...report.film import Chart, Film, chart
 from ...scene.columns import plain_words
 from ...scene.parts import GROUND, ends_of, joints_with_play, owner_of
 from ...scene.scene import Prismatic, Revolute, Scene, Speed
-from ...study.lost_motion import lost_motion
 
 Array = NDArray[np.float64]
 

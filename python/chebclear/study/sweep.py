@@ -1,0 +1,418 @@
+"""The settled motion over one parameter, as the speed: features of every revolution, and what changes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.arguments import Checks, meant_or_known
+from ..base.named import Named
+from ..base.prefixes import format_quantity, format_range
+from ..base.shown import listed
+from ..base.units import unit as unit_of
+from ..errors import ArgumentError, UnknownNameError, warn
+from ..report import html
+from ..report.document import Table
+from ..run.features import Feature
+from ..run.settings import Settings
+from ..run.signals.resampling import refined
+from ..run.simulation import run_scene
+from ..run.trajectory import Trajectory
+from ..scene.scene import Interval, Scene
+from .band.revolutions import Revolutions
+from .bifurcation import GoOn, in_threads
+from .by_angle import crank_of, drives_of
+from .runner import Runner
+from .sources.units import known_units, units_of
+from .spec import check_keywords
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+MOST_POINTS = 10_000
+# Equal pieces of the time of a revolution: where the speed varies, its ends are known to half of one.
+_PIECES = 360
+# Samples that measure the angle, and how many a revolution needs at least.
+_LOOK, _LEAST_A_TURN = 20_001, 20
+# A steady drift over so many revolutions is more than four standard errors of their halves.
+_LEAST_TURNS = 8
+# Share of the time in contact that is all of it, but for rounding.
+_KEPT = 1.0 - 1e-9
+
+
+@dataclass(frozen=True)
+class Resonance:
+    """A peak of the mean of a feature, from which it falls on both sides to half the power, 1/sqrt(2) of it.
+
+    Attributes
+    ----------
+    at : float
+        Value of the parameter at the peak, by a parabola through the three highest means.
+    value : float
+        The mean there, without its sign.
+    lower, upper : float
+        Values of the parameter at half the power.
+    """
+
+    at: float
+    value: float
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True)
+class LiftOff:
+    """Neighboring values of the parameter of which only one keeps contact through all revolutions.
+
+    Attributes
+    ----------
+    joint : str
+        The clearance joint, corner or stop.
+    lower, upper : float
+        The values of the parameter.
+    loses : bool
+        Whether it is the lower one that keeps contact.
+    """
+
+    joint: str
+    lower: float
+    upper: float
+    loses: bool
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Sweep(Named[Array]):
+    """Features of every revolution over a parameter; see `Study.sweep`.
+
+    A mapping from the names of the features to arrays of shape (points, revolutions), NaN where a run failed.
+
+    Attributes
+    ----------
+    parameter : str
+        Name of the parameter.
+    parameter_unit : str
+        Its SI unit; empty if it is not known.
+    points : Array
+        Its values, shape (points,).
+    speeds : Array
+        Mean angular velocity of the crank [rad/s], shape (points,).
+    features : dict[str, Array]
+        The features by name.
+    units : dict[str, str]
+        Their SI units.
+    lift_offs : tuple[LiftOff, ...]
+        Where joints begin or cease to lose contact.
+    """
+
+    parameter: str
+    parameter_unit: str
+    points: Array
+    speeds: Array = field(metadata=unit_of("rad/s"))
+    features: dict[str, Array]
+    units: dict[str, str]
+    lift_offs: tuple[LiftOff, ...]
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return tuple(self.features)
+
+    def _entry(self, name: str) -> Array:
+        if name not in self.features:
+            raise UnknownNameError(f'unknown feature "{name}"{meant_or_known(name, self.features)}')
+        return self.features[name]
+
+    def settled(self, name: str) -> NDArray[np.bool_]:
+        """Whether the later half of the revolutions is as the earlier one, shape (points,).
+
+        It is not where the means of both differ by more than four standard errors, or the earlier half
+        scatters more than three times as much, and that is more than 1 % of the largest mean of the sweep.
+        """
+        every = self[name]
+        halves = np.array_split(every, 2, axis=1)
+        means = [half.mean(axis=1) for half in halves]
+        spreads = [half.std(axis=1, ddof=1) for half in halves]
+        error = np.hypot(*spreads) / math.sqrt(every.shape[1] / 2)
+        matters = 0.01 * np.nanmax(np.abs(every.mean(axis=1)), initial=0.0)
+        drifts = np.abs(means[1] - means[0]) > np.maximum(4.0 * error, matters)
+        decays = spreads[0] > np.maximum(3.0 * spreads[1], matters)
+        still: NDArray[np.bool_] = ~(drifts | decays)
+        return still
+
+    def resonances(self, name: str) -> tuple[Resonance, ...]:
+        """Peaks of the mean that fall to half the power on both sides, and stand out of the scatter there."""
+        sizes, found = np.abs(self[name].mean(axis=1)), []
+        for k in range(1, len(sizes) - 1):
+            below, peak, above = sizes[k - 1 : k + 2]
+            if not below < peak >= above:
+                continue
+            shift = 0.5 * (below - above) / (below - 2.0 * peak + above)
+            peak -= 0.25 * (below - above) * shift
+            ends = [
+                _fall(self.points[side], sizes[side], peak) for side in (slice(k, None, -1), slice(k, None))
+            ]
+            stands_out = np.quantile(np.abs(self[name][k]), 0.05) > math.sqrt(0.5) * peak
+            if stands_out and ends[0] is not None and ends[1] is not None:
+                at = self.points[k] + shift * (self.points[1] - self.points[0])
+                found.append(Resonance(float(at), float(peak), ends[0], ends[1]))
+        return tuple(found)
+
+    @property
+    def statistics(self) -> dict[str, Array]:
+        """Parameter, speed, and of each feature mean, scatter (standard deviation), 5, 50 and 95 % quantile
+        over the revolutions, by names with units, each of shape (points,)."""
+        columns = {self.parameter: self.points, "speed [rad/s]": self.speeds}
+        for name, every in self.features.items():
+            low, middle, high = np.quantile(every, (0.05, 0.5, 0.95), axis=1)
+            numbers = {"mean": every.mean(axis=1), "scatter": every.std(axis=1, ddof=1)}
+            for word, column in (numbers | {"5 %": low, "50 %": middle, "95 %": high}).items():
+                columns[f"{word} of {name} [{self.units[name]}]"] = column
+        return columns
+
+    @property
+    def table(self) -> Table:
+        """The statistics, one row for each value of the parameter."""
+        columns = self.statistics
+        rows = [[f"{cell:.6g}" for cell in row] for row in zip(*columns.values(), strict=True)]
+        return Table(f"Features of the revolutions over {self.parameter}", list(columns), rows)
+
+    def __repr__(self) -> str:
+        what = f"<Sweep of {listed(self.features, most=4)} over {self.parameter}"
+        return f"{what}: {len(self.points)} values from {self.points[0]:g} to {self.points[-1]:g}>"
+
+    def __str__(self) -> str:
+        lines = []
+        for name in self.features:
+            mean = self[name].mean(axis=1)
+            known = mean[np.isfinite(mean)].tolist() or [np.nan]
+            text = f"{name}: mean {format_range((min(known), max(known)), self.units[name])}"
+            for one in self.resonances(name):
+                text += f"; resonance at {format_quantity(one.at, self.parameter_unit, 4)}"
+            moving = np.count_nonzero(~self.settled(name))
+            lines.append(text + (f"; not settled at {moving} of {len(mean)} values" if moving else ""))
+        for found in self.lift_offs:
+            ends = (format_quantity(end, self.parameter_unit, 4) for end in (found.lower, found.upper))
+            word = "begins" if found.loses else "ceases"
+            lines.append(f"{found.joint} {word} to lose contact between {' and '.join(ends)}")
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return html.fragment(repr(self)[1:-1], [self.table])
+
+    def plot(self, name: str, *, ax: Axes | None = None, **options: Any) -> Axes:
+        """Draw a feature over the parameter, with resonances and lift-off; see `plot_sweep`."""
+        from ..plots.bifurcations import plot_sweep
+
+        return plot_sweep(self, name, ax=ax, **options)
+
+
+def _fall(values: Array, sizes: Array, peak: float) -> float | None:
+    """Where sizes fall from a peak at the first of them to half its power; None if they rise above it."""
+    ends = np.flatnonzero((sizes <= math.sqrt(0.5) * peak) | ~(sizes <= peak))
+    if not len(ends) or not sizes[ends[0]] <= peak:
+        return None
+    last = ends[0] + 1
+    return float(np.interp(-math.sqrt(0.5) * peak, -sizes[last - 2 : last], values[last - 2 : last]))
+
+
+class WithSweep:
+    """Base of studies, which can be swept over a parameter."""
+
+    runner: Runner
+
+    def sweep(
+        self,
+        parameter: str,
+        lower: float | str,
+        upper: float | str,
+        points: int = 41,
+        *,
+        revolutions: int = 20,
+        discard: int = 10,
+        angle: str | None = None,
+    ) -> Sweep:
+        """The settled motion over one parameter, such as the speed: the features of every revolution.
+
+        All other parameters are at their nominal values; every run begins at its assembled start.
+
+        Parameters
+        ----------
+        parameter : str
+            Name of a keyword of the mechanism; it need not be a parameter of the study.
+        lower, upper : float or str
+            First and last value [SI unit], or with a unit, such as ``"3000 rpm"``.
+        points : int
+            Number of equally spaced values [-], 3 to 10 000.
+        revolutions : int
+            Revolutions of each run whose features are found [-], at least 8.
+        discard : int
+            Revolutions before them, for the starting transient to decay [-].
+        angle : str, optional
+            Name of the revolute joint whose revolutions count; that of the only drive at constant speed if
+            not given. Where the speed varies within a turn, the angle is measured, and the `duration` of the
+            study must be long enough for all revolutions.
+
+        Returns
+        -------
+        Sweep
+            NaN where a run failed; warnings name failed runs and motions that have not settled.
+
+        Raises
+        ------
+        SceneError
+            If a scene is wrong.
+        ValueError, TypeError
+            If an argument is wrong, or the study has no features of a revolution.
+
+        Examples
+        --------
+        >>> import chebclear as cc
+        >>> box = {"crank_length": cc.Interval.around(0.05, rel=0.01)}
+        >>> stroke = {"stroke": cc.features.peak_to_peak("slider.x")}
+        >>> study = cc.Study(cc.mechanisms.slider_crank, box, features=stroke, duration=1.0, samples=2)
+        >>> study.sweep("crank_speed", "60 rpm", "600 rpm", 3, revolutions=8, discard=0)
+        <Sweep of stroke over crank_speed: 3 values from 6.28319 to 62.8319>
+        """
+        runner, settings = self.runner, self.runner.settings
+        if settings is None:
+            raise ArgumentError("a sweep needs scenes: a model of your own has no revolutions")
+        checks = Checks()
+        fixed = {name: one for name, one in runner.fixed.items() if name != parameter}
+        if isinstance(parameter, str):
+            check_keywords(checks, runner.build, {**runner.intervals, parameter: None}, fixed)
+        else:
+            checks.add(f"parameter must name a keyword of build, got {parameter!r}", wrong_type=True)
+        count = checks.whole("points", points, least=3, most=MOST_POINTS)
+        kept = checks.whole("revolutions", revolutions, least=_LEAST_TURNS)
+        skipped = checks.whole("discard", discard, least=0)
+        asked = [one for one in runner.features.values() if isinstance(one, Feature) and one.unit != "s"]
+        if not asked or len(asked) < len(runner.features):
+            checks.add("a sweep needs features of a revolution, such as the peak of an output, and no others")
+        checks.finish()
+        unit = (known_units(runner.build, [parameter]) | runner.units).get(parameter, "")
+        box = Interval(lower, upper)  # type: ignore[arg-type] # numbers once made
+        at = np.linspace(box.lower, box.upper, count)
+        nominal = {name: side.nominal for name, side in runner.intervals.items()}
+        source = replace(runner, fixed=fixed)
+        scenes = [source.scene({**nominal, parameter: value}) for value in at.tolist()]
+        crank = crank_of(checks, scenes[0], angle)
+        checks.finish()
+        joints = scenes[0].check().clearance_joints
+        wanted = [*asked, *(Feature("contact_share", joint) for joint in joints)]
+        tracked = replace(settings, outputs=(), features=_tracked(wanted), cycles=1).for_scene(scenes[0])
+
+        def found_at(index: int, go_on: GoOn) -> tuple[Array, float] | _Failed:
+            try:
+                return _revolutions(scenes[index], tracked, wanted, crank, kept, skipped, go_on)
+            except _Failed as error:
+                return error
+
+        found = in_threads(found_at, count, runner.execution.threads, runner.progress)
+        nothing = np.full((kept, len(wanted)), np.nan), np.nan
+        pairs = [nothing if isinstance(one, _Failed) else one for one in found]
+        _tell_failed(parameter, at, found)
+        table, names = np.array([rows for rows, _ in pairs]), tuple(runner.features)
+        units = units_of(names, runner.features, runner.units, simulated=True)
+        features = {name: table[:, :, k] for k, name in enumerate(names)}
+        contact = {joint: table[:, :, len(names) + k] for k, joint in enumerate(joints)}
+        speeds = np.array([speed for _, speed in pairs])
+        lift_offs = tuple(_lift_offs(at, contact))
+        sweep = Sweep(parameter, unit, at, speeds, features, dict(zip(names, units, strict=True)), lift_offs)
+        moving = [name for name in names if not np.all(sweep.settled(name))]
+        if moving:
+            warn(f"not settled at all values: {listed(moving)}; discard more revolutions")
+        return sweep
+
+
+def _tell_failed(parameter: str, at: Array, found: Sequence[object]) -> None:
+    """Warn of runs that failed; an error if all did."""
+    failed = [k for k, one in enumerate(found) if isinstance(one, _Failed)]
+    if failed:
+        where = f"the first at {parameter} = {at[failed[0]]:g}: {found[failed[0]]}"
+        if len(failed) == len(found):
+            raise ArgumentError(f"all runs failed, {where}")
+        warn(f"{len(failed)} of {len(found)} runs failed and are NaN, {where}")
+
+
+class _Failed(Exception):
+    """Why a value of the parameter has no features."""
+
+
+def _tracked(wanted: list[Feature]) -> tuple[Feature, ...]:
+    """Features of pieces from which those of revolutions follow: a range is that of the extrema."""
+    found = []
+    for one in wanted:
+        kinds = ("peak", "lowest") if one.kind == "peak_to_peak" else (one.kind,)
+        found += [Feature(kind, one.of) for kind in kinds]
+    return tuple(dict.fromkeys(found))
+
+
+def _revolutions(
+    scene: Scene, settings: Settings, wanted: list[Feature], crank: str, kept: int, skipped: int, go_on: GoOn
+) -> tuple[Array, float]:
+    """Features of each revolution, shape (revolutions, features), and the mean angular velocity [rad/s]."""
+    drive = drives_of(scene).get(crank)
+    if drive is not None:
+        sense, pieces = math.copysign(1.0, drive.speed), 1
+        ends = 2.0 * math.pi / abs(drive.speed) * (skipped + np.arange(kept + 1))
+    else:
+        # The same run first with its angle: features are then those of small pieces of it.
+        column = f"{crank}.angle"
+        look = _done(scene, replace(settings, skip=0.0, samples=_LOOK, outputs=(column,), features=()), go_on)
+        sense, pieces = math.copysign(1.0, look[column][-1] - look[column][0]), _PIECES
+        turns = Revolutions(crank, kept, skipped, float(look[column][0]), int(sense), 2)
+        instants = turns.instants(look.t, look[column])
+        if isinstance(instants, float):
+            raise _Failed(f"{instants:.3g} revolutions in {look.t[-1]:g} s, {kept + skipped} are needed")
+        if np.max(np.abs(np.diff(look[column]))) > 2.0 * math.pi / _LEAST_A_TURN:
+            raise _Failed(f"more than {_LOOK // _LEAST_A_TURN} revolutions: give a shorter duration")
+        ends = refined(instants, look.t, look[column])
+    span = float(ends[-1] - ends[0])
+    timed = replace(settings, skip=float(ends[0]), duration=span, samples=2, cycles=kept * pieces)
+    run = _done(scene, timed, go_on)
+    places = (ends - ends[0]) / span * (kept * pieces)
+    parts = dict(zip(timed.features, run.features.T, strict=True))
+    rows = np.stack([_of_revolutions(one, parts, places) for one in wanted], axis=1)
+    return rows, sense * 2.0 * math.pi * kept / span
+
+
+def _done(scene: Scene, settings: Settings, go_on: GoOn) -> Trajectory:
+    run = run_scene(scene, settings, go_on)
+    if not run.success:
+        raise _Failed(run.message)
+    return run
+
+
+def _of_revolutions(one: Feature, parts: Mapping[Feature, Array], places: Array) -> Array:
+    """A feature of revolutions from that of pieces of equal length; `places` are the ends, in pieces."""
+    if one.kind == "peak_to_peak":
+        highest, lowest = (Feature(kind, one.of) for kind in ("peak", "lowest"))
+        return _of_revolutions(highest, parts, places) - _of_revolutions(lowest, parts, places)
+    values = parts[one]
+    if one.kind in _WHOLE:
+        # A piece belongs to the revolution that holds its middle.
+        gathered: Array = _WHOLE[one.kind].reduceat(values, np.round(places[:-1]).astype(int))
+        return gathered
+    sums = np.concatenate([[0.0], np.cumsum(values**2 if one.kind == "rms" else values)])
+    total: Array = np.diff(np.interp(places, np.arange(len(sums)), sums))
+    if one.kind in ("impulse", "wear", "loss"):
+        return total
+    mean: Array = total / np.diff(places)
+    return np.sqrt(mean) if one.kind == "rms" else mean
+
+
+_WHOLE = {"peak": np.maximum, "lowest": np.minimum, "impacts": np.add}
+
+
+def _lift_offs(values: Array, contact: Mapping[str, Array]) -> Iterator[LiftOff]:
+    for joint, share in contact.items():
+        known = np.flatnonzero(np.isfinite(share).all(axis=1))
+        kept = (share[known] >= _KEPT).all(axis=1)
+        for k in np.flatnonzero(kept[1:] != kept[:-1]):
+            yield LiftOff(joint, float(values[known[k]]), float(values[known[k + 1]]), loses=bool(kept[k]))
