@@ -15,11 +15,12 @@ from pathlib import Path
 
 import chebclear as cc
 import matplotlib
+from gallery import notebook
 
 ROOT = Path(__file__).parents[1]
 BLOCK = re.compile(r"^```python\n(.*?)^```\n", re.DOTALL | re.MULTILINE)
 # Pages that answer; on the others code shows how something is written.
-PAGES = re.compile(r"tutorial|pictures|questions/\w+")
+PAGES = re.compile(r"tutorial/\w+|pictures|questions/\w+")
 # Lines of an answer: the paper of a page is no terminal.
 MOST_LINES = 40
 
@@ -84,7 +85,9 @@ def setup(app):
 
     def read(app, page, source):
         if PAGES.fullmatch(page):
-            source[0] = answered(source[0], page, Path(app.srcdir) / "_generated" / "answers")
+            made = Path(app.srcdir) / "_generated"
+            text = notebook(page, source[0], made / "notebooks")
+            source[0] = answered(text, page, made / "answers")
 
     app.connect("source-read", read)
     return {"parallel_read_safe": False}

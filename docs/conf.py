@@ -1,5 +1,6 @@
 """How the documentation is built: ``sphinx-build -W docs build/docs``."""
 
+import os
 import sys
 from pathlib import Path
 
@@ -14,7 +15,22 @@ copyright = f"2026, {author}"
 version = release = chebclear.__version__
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
-extensions += ["mathml", "answers"]
+extensions += ["sphinx.ext.intersphinx", "sphinx_copybutton", "sphinxcontrib.bibtex", "mathml", "answers"]
+bibtex_bibfiles = ["_generated/references.bib"]
+bibtex_reference_style = "author_year"
+# Lines that are typed, without prompts and without what they print.
+copybutton_prompt_text = ">>> |\\.\\.\\. "
+copybutton_prompt_is_regexp = True
+copybutton_exclude = ".linenos, .gp, .go"
+# Names of other projects become links where their lists can be fetched: a build needs no network otherwise.
+_OTHERS = {
+    "python": "https://docs.python.org/3",
+    "numpy": "https://numpy.org/doc/stable",
+    "matplotlib": "https://matplotlib.org/stable",
+    "pandas": "https://pandas.pydata.org/docs",
+    "xarray": "https://docs.xarray.dev/en/stable",
+}
+intersphinx_mapping = {name: (url, None) for name, url in _OTHERS.items() if "DOCS_LINKS" in os.environ}
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 3
 # Included in other pages.
@@ -37,5 +53,7 @@ suppress_warnings = ["myst.xref_missing", "ref.python"]
 
 
 def setup(app):
-    """Pages and figures that are made from the code are made before anything is read."""
-    app.connect("builder-inited", lambda app: generate.everything(Path(app.srcdir) / "_generated"))
+    """Pages, figures and references that are made from others are made before anything is read."""
+    app.connect(
+        "builder-inited", lambda app: generate.everything(Path(app.srcdir) / "_generated"), priority=100
+    )

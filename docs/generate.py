@@ -1,5 +1,6 @@
 """Pages and figures of the documentation that are made from the code, so that they cannot be out of date."""
 
+import re
 import warnings
 from pathlib import Path
 
@@ -8,6 +9,7 @@ import matplotlib
 import matplotlib.patches as patches
 import numpy as np
 from files import files_page
+from gallery import example_pages
 from matplotlib.figure import Figure
 
 STYLE = {"font.size": 9.0, "axes.grid": True, "grid.alpha": 0.3}
@@ -19,6 +21,8 @@ def everything(folder: Path) -> None:
     (folder / "outputs.md").write_text(outputs_page(), encoding="utf-8")
     (folder / "features.md").write_text(features_page(), encoding="utf-8")
     (folder / "files.md").write_text(files_page(), encoding="utf-8")
+    (folder / "references.bib").write_text(bibliography(), encoding="utf-8")
+    example_pages(folder)
     for name, page in api_pages().items():
         (folder / f"api_{name}.md").write_text(page, encoding="utf-8")
     with warnings.catch_warnings(), matplotlib.rc_context(STYLE):
@@ -71,6 +75,21 @@ def features_page() -> str:
         for name in names
     ]
     return "| feature | what it is |\n|---|---|\n" + "\n".join(rows) + "\n"
+
+
+def bibliography() -> str:
+    """The table of `REFERENCES.md` for BibTeX: authors, title, and the rest as it stands there."""
+    table = (Path(__file__).parents[1] / "REFERENCES.md").read_text(encoding="utf-8")
+    entries = []
+    for key, who, told in re.findall(r"^\| (\w+) \| (.*?): (.*) \|$", table, re.MULTILINE):
+        # A book is a title alone; that of an article ends with the sentence.
+        _, title, rest = told.split("*", 2) if told.startswith("*") else ("", *told.split(". ", 1))
+        fields = {"author": who.replace(", ", " and "), "title": f"{{{title}}}"}
+        fields["howpublished"] = rest.replace("*", "").strip(" .,")
+        fields["year"] = "".join(re.findall(r"\d{4}$", key))
+        inner = ", ".join(f"{name} = {{{value}}}" for name, value in fields.items() if value)
+        entries.append(f"@misc{{{key}, {inner}}}")
+    return "\n".join(entries)
 
 
 GROUPS = {
