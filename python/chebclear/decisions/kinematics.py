@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.units import unit
-from ..plots.drawing.pose import simulated_poses
+from ..plots.drawing.pose import pose_columns, simulated_poses
 from ..run.settings import Settings
 from ..run.simulation import simulate
 from ..scene.parts import GROUND, ends_of, owner_of
@@ -81,8 +81,7 @@ def positions(scene: Scene, duration: float, frames: int) -> Positions:
     free = ideal.check().degrees_of_freedom
     if free or not scene.drives:
         return Positions(np.zeros(1), np.array([scene.check().poses]), free)
-    columns = [f"{body.name}.{axis}" for body in scene.bodies for axis in ("x", "y", "angle")]
-    settings = Settings(duration=duration, samples=frames, outputs=columns)
+    settings = Settings(duration=duration, samples=frames, outputs=pose_columns(scene))
     run = simulate(ideal, settings=settings, on_failure="return")
     poses = simulated_poses(run)
     known = np.isfinite(poses).all(axis=(1, 2))

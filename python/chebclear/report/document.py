@@ -98,9 +98,9 @@ class Picture:
 
 @dataclass(frozen=True)
 class Moving:
-    """A drawing that moves with its charts; only seen first, with the answer."""
+    """Charts, and a drawing that moves with them; only seen first, with the answer."""
 
-    still: Picture
+    still: Picture | None
     """In its place in print and where scripts are not allowed."""
     film: Callable[[], Film]
     """Makes what moves; it is asked when the report is written."""

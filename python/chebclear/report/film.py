@@ -104,6 +104,8 @@ class Film:
     """The drawings."""
     charts: Sequence[Chart] = ()
     """The outputs."""
+    shown: int = 1
+    """How many of the outputs are shown at first [-]; the others are chosen."""
     rate: int = field(default=25, metadata=unit("1/s"))
     """Frames a second [1/s]."""
     starts: bool = False

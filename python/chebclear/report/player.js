@@ -162,7 +162,7 @@ function playFilm(root, film, moved = () => {}) {
     };
     const lay = () => {
       svg.replaceChildren();
-      const width = Math.max(svg.clientWidth, 200), height = 190, left = 58, right = 10, top = 8, bottom = 38;
+      const width = Math.max(svg.clientWidth, 200), height = 190, left = 58, right = 20, top = 8, bottom = 38;
       svg.setAttribute("viewBox", "0 0 " + width + " " + height);
       const [low, high] = span ?? whole(), seen = [];
       data.x.forEach((x, n) => { if (x >= low && x <= high) seen.push(n); });
@@ -180,7 +180,7 @@ function playFilm(root, film, moved = () => {}) {
       const toY = y => top + (roof - y) / (roof - floor) * (height - top - bottom);
       for (const tick of ticks(floor, roof, 6)) {
         drawn(svg, "path", {d: "M" + left + " " + toY(tick) + "H" + (width - right), class: "grid"});
-        drawn(svg, "text", {x: left - 5, y: toY(tick) + 4, "text-anchor": "end"}, tick);
+        drawn(svg, "text", {x: left - 5, y: toY(tick) + 4, "text-anchor": "end"}, Math.abs(tick) < 1e6 ? tick : tick.toExponential());
       }
       for (const tick of ticks(low, high, width / 90)) {
         drawn(svg, "path", {d: "M" + toX(tick) + " " + top + "V" + (height - bottom), class: "grid"});
@@ -257,7 +257,7 @@ function playFilm(root, film, moved = () => {}) {
   }
 
   function build() {
-    chosen ??= film.charts.map((_, n) => n < 3);
+    chosen ??= film.charts.map((_, n) => n < film.shown);
     deviations ??= film.charts.map(one => one.deviation);
     redraws = [];
     controls = {
@@ -269,11 +269,11 @@ function playFilm(root, film, moved = () => {}) {
     const boxes = film.charts.map((one, n) => element("label", {}, element("input", {type: "checkbox", checked: chosen[n],
       onchange: event => { chosen[n] = event.target.checked; build(); }}), one.name));
     charts = film.charts.flatMap((one, n) => chosen[n] ? [chart(one, n)] : []);
-    const [main, ...others] = film.panels.map(panel);
+    const panels = film.panels.map(panel);
     const outputs = boxes.length > 1 ? [element("fieldset", {}, element("legend", {}, "Outputs"), ...boxes)] : [];
     const under = film.charts.length ? [element("div", {class: "under"}, zoomButtons("charts", zoomCharts), ...outputs)] : [];
-    const parts = [[main], [...others, ...charts.map(one => one.node), ...under]].filter(one => one.length)
-      .map(one => element("div", {class: "part"}, ...one));
+    const parts = [panels.slice(0, 1), [...panels.slice(1), ...charts.map(one => one.node), ...under]].filter(one => one.length)
+      .map(one => element("div", {class: "column"}, ...one));
     const bar = last() > 0 ? [element("div", {class: "bar"}, controls.play, controls.slider, controls.place)] : [];
     root.classList.add("film");
     // A box that had the focus has it again.

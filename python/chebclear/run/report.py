@@ -15,8 +15,10 @@ from ..base.files import package_version
 from ..base.prefixes import format_exact, format_quantity, format_range
 from ..base.shown import in_a_sentence
 from ..base.units import units
+from ..plots.animation.film import outputs_film
+from ..plots.drawing.pose import pose_columns
 from ..plots.drawing.scene import plot_scene
-from ..report.document import Block, Document, Items, Listing, Picture, Section, Table
+from ..report.document import Block, Document, Items, Listing, Moving, Picture, Section, Table
 from ..scene.columns import column_unit
 from ..scene.parts import joints_with_play
 from ..scene.scene import Scene
@@ -56,7 +58,7 @@ def run_document(run: Trajectory, outputs: Sequence[str] | None, title: str | No
             version_fact(),
         ],
         answer=_answer(run, extremes),
-        first=[mechanism_picture(run.scene), _extremes_table(run, extremes)],
+        first=[*_moving(run, shown), _extremes_table(run, extremes)],
         doubts=_doubts(run, extremes),
         sections=[
             Section("Motion", pictures),
@@ -70,6 +72,13 @@ def run_document(run: Trajectory, outputs: Sequence[str] | None, title: str | No
             ),
         ],
     )
+
+
+def _moving(run: Trajectory, shown: Sequence[str]) -> list[Block]:
+    """The drawing of the mechanism, in motion if the run has the positions of its bodies, and its outputs."""
+    still, film = mechanism_picture(run.scene), partial(outputs_film, run, shown)
+    moves = set(pose_columns(run.scene)) <= set(run.columns)
+    return [Moving(still, film)] if moves else [still, Moving(None, film)]
 
 
 def _answer(run: Trajectory, extremes: Sequence[tuple[str, str, Any, Any]]) -> list[str]:

@@ -366,7 +366,7 @@ class Trajectory(WithNotices, WithSignals, records.Saved, Exports, Named[Array],
         outputs: Sequence[str] | None = None,
         title: str | None = None,
     ) -> Path:
-        """Write a report of the run: one HTML file that needs no network and runs no scripts.
+        """Write a report of the run: one HTML file that needs no network.
 
         Parameters
         ----------

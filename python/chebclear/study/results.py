@@ -400,7 +400,7 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
         )
 
     def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
-        """Write a report of the study: one HTML file that needs no network and runs no scripts.
+        """Write a report of the study: one HTML file that needs no network.
 
         Parameters
         ----------

@@ -9,7 +9,7 @@ import chebclear as cc
 import pytest
 from chebclear.base.prefixes import format_range
 from chebclear.cli.bands import verdicts
-from chebclear.report.document import Picture, Table
+from chebclear.report.document import Moving, Table
 from chebclear.report.html import as_html
 from chebclear.run.report import outputs_to_show, run_document
 from chebclear.study.features.effects import Estimate
@@ -69,7 +69,7 @@ def test_the_first_screen_has_three_sentences_a_drawing_and_the_main_numbers(res
     first = result.features["rms"].ranking().rows[0]
     assert (f"The tolerance of {first.parameter} matters most" in tolerance) == bool(first.helps)
     drawing, table = document.first
-    assert isinstance(drawing, Picture) and "mechanism" in drawing.finding
+    assert isinstance(drawing, Moving) and "mechanism" in drawing.still.finding
     assert [row[0] for row in table.rows] == ["rms", *list(result)[:11]]
     assert table.caption.endswith(f"{len(result) + 1 - 12} more are in the details")
     # Nothing of the first screen says how the integrator worked.
@@ -230,7 +230,7 @@ def test_a_report_with_shares_says_first_whether_mechanisms_are_in_specification
     assert first.startswith("In specification are") and "95 % confidence" in first
     assert force.startswith("The largest force is")
     assert tolerance.startswith("The tolerance of gap matters most") and "the peak of play" in tolerance
-    table = document.first[0]
+    table = next(one for one in document.first if isinstance(one, Table))
     assert [row[0] for row in table.rows] == ["tight", "strong", "all"]
     assert [row[-1].word for row in table.rows] == ["kept by most", "kept by all", "kept by most"]
     assert document.sections[0].title == "In specification or not"

@@ -3,11 +3,14 @@
 import json
 import math
 
+import chebclear as cc
 import numpy as np
 import pytest
 from browser import BROWSER, Browser
 from chebclear.report.film import Film, Panel, Shape, chart
 from chebclear.report.html import film_page
+from chebclear.run.report import run_document
+from chebclear.study.report.film import study_film
 
 STILL = np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]])
 
@@ -42,6 +45,7 @@ def crank(count=73):
             chart("force", "N", degrees, 50.0 * cosine, (40.0 * cosine, 60.0 * cosine), thin=0.1),
             chart("power", "W", degrees, sine * cosine),
         ],
+        shown=2,
         cyclic=True,
     )
 
@@ -70,6 +74,61 @@ def test_of_many_samples_the_extremes_stay():
     for kept, all_of_it in ((shown.nominal, values), (shown.lower, lower), (shown.upper, upper)):
         assert np.nanmin(kept) == np.nanmin(all_of_it) and np.nanmax(kept) == np.nanmax(all_of_it)
     assert np.array_equal(np.sort(shown.x), shown.x)
+
+
+def shift(film, name):
+    """How far a body has moved along x since the first frame [m]."""
+    (panel,) = film.panels
+    moves = next(shape.moves for shape in panel.shapes if shape.name == name)
+    return panel.transforms[moves][:, 4]
+
+
+def study(**more):
+    turn = cc.mechanisms.slider_crank().period
+    return cc.Study(
+        cc.mechanisms.slider_crank,
+        {"rod_length": cc.Interval.around(0.12, rel=0.01)},
+        ["slider.x"],
+        fixed={"clearance_at": ()},
+        **{"duration": turn, "samples": 361, **more},
+    )
+
+
+def test_the_film_of_a_study_shows_mechanism_and_band_at_the_same_instants():
+    result = study().scan(3)
+    film = study_film(result)
+    (shown,) = film.charts
+    assert film.label == "time [ms]" and shown.unit == "mm" and shown.deviation
+    there = np.interp(film.at, shown.x, shown.nominal)
+    np.testing.assert_allclose(1e3 * shift(film, "slider"), there - there[0], rtol=0.0, atol=1e-6)
+    assert film.places[30].endswith(f"at {3.0 * 30:.1f}°")
+
+
+def test_the_film_of_a_band_by_angle_goes_by_the_angle():
+    turn = cc.mechanisms.slider_crank().period
+    result = study(duration=2.0 * turn, samples=91).band(9, revolutions=2, discard=0)
+    film = study_film(result)
+    (shown,) = film.charts
+    assert film.label == "crank angle [°]" and film.at[0] == 0.0 and film.at[-1] == 360.0
+    lean = np.sqrt(0.12**2 - (0.05 * np.sin(np.radians(film.at))) ** 2)
+    expected = 0.05 * np.cos(np.radians(film.at)) + lean
+    np.testing.assert_allclose(shown.nominal, 1e3 * expected, rtol=0.0, atol=1e-3)
+    np.testing.assert_allclose(shift(film, "slider"), expected - expected[0], rtol=0.0, atol=1e-4)
+
+
+def test_a_model_without_a_mechanism_has_charts_alone_and_a_run_without_positions_too():
+    t = [0.0, 0.5, 1.0]
+    own = cc.Study(lambda a: {"t": t, "x": [a, 2.0 * a, a]}, {"a": cc.Interval(1.0, 2.0)}).scan(3)
+    film = study_film(own)
+    assert not film.panels and film.charts[0].lower.tolist() == [1.0, 2.0, 1.0]
+    run = cc.simulate(cc.mechanisms.slider_crank(), duration=0.003, samples=31, outputs=["slider.x"])
+    kinds = [type(one).__name__ for one in run_document(run, None, None).first]
+    assert kinds == ["Picture", "Moving", "Table"]
+    whole = cc.simulate(run.scene, duration=0.003, samples=31)
+    first, _ = run_document(whole, None, None).first
+    np.testing.assert_allclose(
+        shift(first.film(), "slider"), whole["slider.x"] - whole["slider.x"][0], atol=1e-12
+    )
 
 
 @pytest.fixture(scope="module")

@@ -73,7 +73,7 @@ def film_of(given: Scene, exaggerate: float, duration: float) -> tuple[Film, lis
         places = [f"{angle:.1f}°" for angle in at]
     charts = _charts(scene, at, found.poses, notes) if len(at) > 1 else []
     cyclic = turns and not found.stopped and not found.degrees_of_freedom
-    return Film(panel.title, label, at, places, [panel], charts, cyclic=cyclic), notes
+    return Film(panel.title, label, at, places, [panel], charts, len(charts), cyclic=cyclic), notes
 
 
 def _charts(scene: Scene, at: Array, poses: Array, notes: list[str]) -> list[Chart]:

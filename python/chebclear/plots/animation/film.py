@@ -3,21 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...base.prefixes import prefix_of
 from ...report.film import Film, Panel, Shape, chart
-from ...scene.columns import plain_words
+from ...scene.columns import column_unit, plain_words
 from ...scene.scene import Scene, Speed
+from ..drawing.pose import pose_columns, simulated_poses
 from ..drawing.strokes import Stroke
-from .motion import LooseJoint, Motion, MovingMechanism
+from .motion import LooseJoint, Motion, MovingMechanism, moving_mechanism
 from .stage import FORCE, GAP, REACH, VIEW, arrow, arrow_head, bearing_words, drawn_path, force_words
+
+if TYPE_CHECKING:
+    from ...run.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
 _STILL = np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]])
+MOST_FRAMES = 121
+"""Frames of a film in a report [-]."""
 # Room around a mechanism, relative to its size [-].
 _MARGIN = 0.05
 
@@ -49,40 +56,46 @@ def instants(scene: Scene, t: Array) -> list[str]:
     words = [f"t = {factor * one:.4g} {shown}" for one in t]
     if len(speeds) != 1:
         return words
-    angles = np.degrees(speeds[0].angle + speeds[0].speed * t) % 360.0
+    angles = np.round(np.degrees(speeds[0].angle + speeds[0].speed * t), 1) % 360.0
     name = plain_words(speeds[0].joint)
     return [f"{word}, {name} at {angle:.1f}°" for word, angle in zip(words, angles, strict=True)]
 
 
-def time_film(moving: MovingMechanism, t: Array, charts: Sequence[tuple[str, str, Array, Array]]) -> Film:
-    """A mechanism over time with its outputs.
+def evenly(samples: int, most: int) -> NDArray[np.int64]:
+    """At most so many of the samples, evenly chosen, both ends included."""
+    return np.unique(np.linspace(0, samples - 1, most).round().astype(np.int64))
 
-    Parameters
-    ----------
-    moving : MovingMechanism
-        The mechanism.
-    t : ndarray, shape (frames,)
-        Instants of its frames [s].
-    charts : sequence of (str, str, ndarray, ndarray)
-        Name, unit, instants [s] and values of each output, both of shape (samples,).
-    """
+
+def time_axis(t: Array) -> tuple[Array, str]:
+    """Instants with a prefix, and the label of the axis."""
     factor, shown = prefix_of(float(np.abs(t).max()), "s")
+    return factor * t, f"time [{shown}]"
+
+
+def outputs_film(run: Trajectory, names: Sequence[str]) -> Film:
+    """Outputs of a run over time, with the mechanism if the run has the positions of its bodies."""
+    known = np.flatnonzero(np.isfinite(run.samples).all(axis=1))
+    frames = known[evenly(len(known), MOST_FRAMES)]
+    x, label = time_axis(run.t)
+    charts = [chart(name, column_unit(name), x, run[name]) for name in names]
+    words, panels = mechanism_words(run.scene), []
+    if set(pose_columns(run.scene)) <= set(run.columns):
+        panels = [mechanism_panel(moving_mechanism(run.scene, simulated_poses(run)[frames]), words)]
     return Film(
-        mechanism_words(moving.scene),
-        f"time [{shown}]",
-        factor * t,
-        instants(moving.scene, t),
-        [mechanism_panel(moving, mechanism_words(moving.scene))],
-        [chart(name, unit, factor * when, values) for name, unit, when, values in charts],
+        "The mechanism and its outputs", label, x[frames], instants(run.scene, run.t[frames]), panels, charts
     )
 
 
 def run_film(motion: Motion, rate: int) -> Film:
     """A run as an animation shows it: the mechanism, the magnified joint, one output."""
-    times = motion.t[motion.frames]
-    film = time_film(motion, times, [(motion.output, motion.unit, motion.t, motion.values)])
-    bearing = [] if motion.loose is None else [_bearing(motion, motion.loose)]
-    return Film(**vars(film) | {"panels": [*film.panels, *bearing], "rate": rate, "starts": True})
+    x, label = time_axis(motion.t)
+    words, frames = mechanism_words(motion.scene), motion.frames
+    panels = [mechanism_panel(motion, words)]
+    if motion.loose is not None:
+        panels.append(_bearing(motion, motion.loose))
+    charts = [chart(motion.output, motion.unit, x, motion.values)]
+    places = instants(motion.scene, motion.t[frames])
+    return Film(words, label, x[frames], places, panels, charts, rate=rate, starts=True)
 
 
 def _shape(stroke: Stroke, moves: int) -> Shape:

@@ -106,6 +106,11 @@ def colors_of(scene: Scene) -> dict[str, str]:
     return colors | {GROUND: GROUND_COLOR}
 
 
+def pose_columns(scene: Scene) -> tuple[str, ...]:
+    """The outputs that say where all bodies are."""
+    return tuple(f"{body.name}.{axis}" for body in scene.bodies for axis in ("x", "y", "angle"))
+
+
 def simulated_poses(run: Trajectory) -> Array:
     """Origins and angles of all bodies at the samples of a run.
 
@@ -124,8 +129,7 @@ def simulated_poses(run: Trajectory) -> Array:
     ValueError
         If the run has not the positions of all bodies.
     """
-    wanted = [f"{body.name}.{axis}" for body in run.scene.bodies for axis in ("x", "y", "angle")]
-    missing = [name for name in wanted if name not in run.columns]
+    missing = [name for name in pose_columns(run.scene) if name not in run.columns]
     if missing:
         more = "" if len(missing) <= 6 else f" and {len(missing) - 6} more"
         raise ArgumentError(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...base.prefixes import format_exact, format_quantity, format_range
 from ...base.shown import in_a_sentence
-from ...report.document import Block, Cell, Document, Items, Picture, Section, Table, Text, Verdict
+from ...report.document import Block, Cell, Document, Items, Moving, Picture, Section, Table, Text, Verdict
 from ...run.report import costs_table, mechanism_picture, reproduction, version_fact, warnings_section
 from ...scene.scene import Interval
 from ..band.band import Band
@@ -28,6 +28,7 @@ from .answer import (
     unproven,
 )
 from .extent import at_samples, extent
+from .film import THIN, study_film
 from .ranking import feature_section
 from .script import study_listings
 
@@ -38,9 +39,6 @@ if TYPE_CHECKING:
     from ..results import StudyResult
 
 Array = NDArray[np.float64]
-
-# Width of a band relative to the range of the motion below which it is drawn as a deviation.
-_THIN = 0.1
 
 MEANINGS = {
     "resolved": "a polynomial in the parameters follows the response; worst cases and sensitivities are "
@@ -62,13 +60,12 @@ def study_document(result: StudyResult, title: str | None) -> Document:
     names = [*bands, *result.features.names]
     counted = f"{len(result.parameters)} runs and the nominal one"
     more = alternatives(result)
-    drawing = [] if result.scene is None else [mechanism_picture(result.scene)]
     return Document(
         title=title
         or f"How far {'does' if len(names) == 1 else 'do'} {in_a_sentence(names)} move over the tolerances?",
         facts=[_method(result), counted, *_time(result), version_fact()],
         answer=sentences(result),
-        first=[*drawing, *requirements(conformance), *main_numbers(result)],
+        first=[*_moving(result), *requirements(conformance), *main_numbers(result)],
         doubts=[*unproven(conformance), *unknown(result)],
         sections=[
             *([_shares(result, conformance)] if conformance is not None else []),
@@ -82,6 +79,14 @@ def study_document(result: StudyResult, title: str | None) -> Document:
             *_again(result),
         ],
     )
+
+
+def _moving(result: StudyResult) -> list[Block]:
+    """The drawing of the mechanism, which moves with the bands."""
+    still = None if result.scene is None else mechanism_picture(result.scene)
+    if result.bands:
+        return [Moving(still, partial(study_film, result))]
+    return [] if still is None else [still]
 
 
 def _time(result: StudyResult) -> list[str]:
@@ -187,7 +192,7 @@ def _share(share: Share, ax: Axes) -> None:
 
 def _band(band: Band, ax: Axes) -> None:
     # A band that is thin against the motion would look like a line.
-    band.plot(ax=ax, deviation=bool(band.max_width < _THIN * np.ptp(band.nominal)))
+    band.plot(ax=ax, deviation=bool(band.max_width < THIN * np.ptp(band.nominal)))
 
 
 def _worst_cases(result: StudyResult) -> Table:

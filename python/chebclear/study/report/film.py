@@ -1,0 +1,80 @@
+"""The bands of a study with its nominal mechanism in motion, for the first screen of a report."""
+
+from __future__ import annotations
+
+import dataclasses
+import warnings
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import ChebclearError, ChebclearWarning
+from ...plots.animation.film import (
+    MOST_FRAMES,
+    evenly,
+    instants,
+    mechanism_panel,
+    mechanism_words,
+    time_axis,
+)
+from ...plots.animation.motion import moving_mechanism
+from ...plots.drawing.pose import pose_columns, simulated_poses
+from ...report.film import Film, Panel, chart
+from ...run.simulation import simulate
+from ..band.band import Band
+
+if TYPE_CHECKING:
+    from ..results import StudyResult
+
+Array = NDArray[np.float64]
+
+# Bands that can be shown [-]; all are among the details.
+_MOST_CHARTS = 12
+THIN = 0.1
+"""Width of a band relative to the range of the motion below which it is shown as a deviation [-]."""
+
+
+def study_film(result: StudyResult) -> Film:
+    """The bands of a study; with its nominal mechanism, which is simulated again, if it is one of a scene."""
+    bands = list(result.bands.values())
+    x, label = _abscissa(bands[0])
+    frames = evenly(len(x), MOST_FRAMES)
+    t, scene = bands[0].t[frames], result.scene
+    if bands[0].angle is not None:
+        places = [f"{angle:.1f}°" for angle in np.degrees(bands[0].angle[frames])]
+    elif scene is not None:
+        places = instants(scene, t)
+    else:
+        places = [f"{label} {value:.4g}" for value in x[frames]]
+    charts = [
+        chart(band.name, band.unit, x, band.nominal, (band.lower, band.upper), THIN)
+        for band in bands[:_MOST_CHARTS]
+    ]
+    panels = [] if scene is None else [_nominal(result, t)]
+    return Film("The mechanism and its outputs", label, x[frames], places, panels, charts)
+
+
+def _abscissa(band: Band) -> tuple[Array, str]:
+    """Crank angle or time of the samples of a band, rising, and its label."""
+    if band.angle is None:
+        return time_axis(band.t)
+    sense = 1.0 if band.angle[-1] >= band.angle[0] else -1.0
+    return sense * np.degrees(band.angle), "crank angle [°]" if sense > 0.0 else "crank angle, clockwise [°]"
+
+
+def _nominal(result: StudyResult, t: Array) -> Panel:
+    """The nominal mechanism at some instants; as assembled where it cannot be simulated again."""
+    assert result.scene is not None and result.settings is not None
+    words = mechanism_words(result.scene)
+    wanted = dataclasses.replace(result.settings, outputs=pose_columns(result.scene), features=())
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ChebclearWarning)
+            run = simulate(result.scene, settings=wanted)
+    except ChebclearError as error:
+        poses = np.array([result.scene.check().poses])
+        return mechanism_panel(moving_mechanism(result.scene, poses), f"{words}, as assembled: {error}")
+    poses = simulated_poses(run)
+    nearest = np.abs(run.t[:, None] - t).argmin(axis=0)
+    return mechanism_panel(moving_mechanism(result.scene, poses[nearest]), f"{words}, all at nominal values")
