@@ -12,6 +12,7 @@ from .base.quantities import (
     rpm as rpm,
 )
 from .decisions.contrast import contrast as contrast
+from .decisions.identification import identify as identify
 from .decisions.lost_motion import lost_motion as lost_motion
 from .decisions.measured import load_measured as load_measured
 from .decisions.modes import modes as modes

@@ -1,6 +1,7 @@
 """Types of the results, which functions and methods return."""
 
 from .decisions.contrast import Contrast, Difference, ShareDifference
+from .decisions.identification import Identification
 from .decisions.lost_motion import LostMotion
 from .decisions.measured import Agreement, Measured
 from .decisions.modes import Modes
@@ -56,6 +57,7 @@ __all__ = [
     "FeatureInterval",
     "FeatureResult",
     "FeatureTable",
+    "Identification",
     "Inspection",
     "LiftOff",
     "Lognormal",

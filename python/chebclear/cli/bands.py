@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from ..base.writing import complete_folder
+from ..decisions.identification import Identification
+from ..decisions.measured import Agreement
 from ..execution.plan import Plan
 from ..report import html
+from ..report.document import Items, Picture, Section
 from ..study.report.document import study_document
 from ..study.report.extent import extent
 from ..study.report.summary import findings, suggestions
@@ -16,12 +22,60 @@ from ..study.results import StudyResult
 from .output import Rows, print_json, write_table
 from .scenes import hint
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 EXIT_NOT_MET = 3
 # Which verdicts a requirement accepts.
 DEMANDS = {
     "resolved": ("resolved",),
     "calibrated": ("resolved", "certified", "calibrated"),
 }
+
+
+@dataclass(frozen=True)
+class TraceFit:
+    """What a measured trace says of a study."""
+
+    agreements: dict[str, Agreement]
+    """The outputs that were measured."""
+    found: Identification | None
+    """The parameters, if they were asked for."""
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, [*self.agreements.values(), *([self.found] if self.found else [])]))
+
+    @property
+    def rows(self) -> Rows:
+        """A row for every output."""
+        return [
+            {"output": name, "inside": one.share, "samples": len(one.places), "outside": one.outside}
+            for name, one in self.agreements.items()
+        ]
+
+    @property
+    def region(self) -> dict[str, Any] | None:
+        """The parameters as JSON has them."""
+        if self.found is None:
+            return None
+        names = ("status", "confidence", "ranges", "best", "directions", "open_ends", "deviations", "seed")
+        return {name: getattr(self.found, name) for name in names}
+
+    @property
+    def section(self) -> Section:
+        """The same with pictures."""
+        one = self.found
+        pictures = [
+            Picture(f"{found}.", partial(_draw, found), name=f"measured_{name}")
+            for name, found in self.agreements.items()
+        ]
+        if one is not None:
+            pictures.append(Picture(f"{one}.", partial(_draw, one), name="identified"))
+        return Section("What was measured", [Items(str(self).split("\n")), *pictures])
+
+
+def _draw(one: Agreement | Identification, ax: Axes) -> None:
+    one.plot(ax=ax)
 
 
 def verdicts(result: StudyResult) -> Rows:
@@ -45,7 +99,13 @@ def verdicts(result: StudyResult) -> Rows:
     return rows
 
 
-def finish(result: StudyResult, options: argparse.Namespace, title: str, plan: Plan | None) -> int:
+def finish(
+    result: StudyResult,
+    options: argparse.Namespace,
+    title: str,
+    plan: Plan | None,
+    fit: TraceFit | None = None,
+) -> int:
     """Write what was asked for under this title, print shares and verdicts, and judge these."""
     table = verdicts(result)
     rankings = _rankings(result)
@@ -53,9 +113,12 @@ def finish(result: StudyResult, options: argparse.Namespace, title: str, plan: P
         with complete_folder(options.out) as folder:
             result.save(folder / "study.npz")
             write_table(table, folder, "verdicts")
-            texts = [str(result), *rankings]
+            texts = [str(result), *([] if fit is None else [str(fit)]), *rankings]
             (folder / "result.txt").write_text("\n\n".join(texts) + "\n", encoding="utf-8")
             document = study_document(result, title)
+            if fit is not None:
+                write_table(fit.rows, folder, "measured")
+                document = dataclasses.replace(document, sections=[fit.section, *document.sections])
             html.write(document, folder / "report.html", pictures=folder)
     accepted = DEMANDS.get(options.require, ())
     poor = [row["output"] for row in table if accepted and row["verdict"] not in accepted]
@@ -68,6 +131,8 @@ def finish(result: StudyResult, options: argparse.Namespace, title: str, plan: P
                 "runs": len(result.parameters),
                 "intervals": {name: [side.lower, side.upper] for name, side in result.intervals.items()},
                 "shares": [] if result.conformance is None else share_rows(result.conformance),
+                "measured": [] if fit is None else fit.rows,
+                "identified": None if fit is None else fit.region,
                 "verdicts": table,
                 "rankings": rankings,
                 "statement": result.statement,
@@ -77,6 +142,8 @@ def finish(result: StudyResult, options: argparse.Namespace, title: str, plan: P
         )
         return EXIT_NOT_MET if poor else 0
     print("\n".join([findings(result), *(f"next: {text}" for text in suggestions(result))]), end="\n\n")
+    if fit is not None:
+        print(fit, end="\n\n")
     for text in rankings:
         print(text, end="\n\n")
     if options.out is not None:

@@ -132,14 +132,8 @@ class Measured(records.ArrayRecord, Named[Array]):
         ValueError
             If there is no edge, or with `turns` fewer than two.
         """
-        values, of = self[signal], self.units.get(signal, "")
-        checks = Checks()
-        number = as_number(level)
-        try:
-            number = convert(str(level), of or "unit") if number is None else number
-        except UnitError as error:
-            checks.add_at("level", str(error))
-            number = math.nan
+        values, checks = self[signal], Checks()
+        number = quantity(checks, "level", level, self.units.get(signal, ""))
         start = checks.real("start", start, "rad" if turns else "s")
         if self.t is None:
             checks.add("t is needed: a trigger aligns instants")
@@ -262,13 +256,9 @@ class Agreement(Shown):
 
 def _agreement(checks: Checks, measured: Measured, band: Band) -> Agreement | None:
     """The comparison with one band, or None after adding a problem."""
-    name, own, scale = band.name, measured.units.get(band.name, ""), 1.0
+    name = band.name
+    scale = unit_factor(checks, name, measured.units.get(name, ""), band.unit)
     axis, places = ("t", measured.t) if band.angle is None else ("angle", measured.angle)
-    if band.unit and own and own != band.unit:
-        try:
-            scale = 1.0 / convert(f"1 {band.unit}", own)
-        except UnitError:
-            checks.add_at(name, f"is measured in {own}, its band is in {band.unit}")
     if places is None:
         checks.add_at(
             name, f"has a band over {axis}, and the trace has no {axis}: load or trigger it with one"
@@ -290,6 +280,26 @@ def _agreement(checks: Checks, measured: Measured, band: Band) -> Agreement | No
         values = values - _TURN * np.round((values - 0.5 * (lower + upper)) / _TURN)
     excess = np.maximum(values - upper, lower - values)
     return Agreement(band, places, values, excess, int(np.count_nonzero(~kept)))
+
+
+def unit_factor(checks: Checks, name: str, own: str, wanted: str) -> float:
+    """The factor from the SI unit of a trace to the unit of a model; 1 where either is not known."""
+    if own and wanted and own != wanted:
+        try:
+            return 1.0 / convert(f"1 {wanted}", own)
+        except UnitError:
+            checks.add_at(name, f"is measured in {own}, in the model it is in {wanted}")
+    return 1.0
+
+
+def quantity(checks: Checks, name: str, given: float | str, unit: str) -> float:
+    """A number in SI units, or one with a unit, of the dimension of a unit."""
+    number = as_number(given)
+    try:
+        return convert(str(given), unit or "unit") if number is None else number
+    except UnitError as error:
+        checks.add_at(name, str(error))
+        return math.nan
 
 
 def load_measured(

@@ -10,6 +10,7 @@ from .costs import plot_study_tradeoff as plot_study_tradeoff, plot_tradeoff as 
 from .drawing.scene import plot_scene as plot_scene
 from .features import (
     plot_difference as plot_difference,
+    plot_identification as plot_identification,
     plot_ranking as plot_ranking,
     plot_share as plot_share,
     plot_shares as plot_shares,

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks
+from ..base.prefixes import prefix_of
 from ..scene.columns import plain_words
 from .axes import COLORS, new_axes, unit_scale
 from .labels import (
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..decisions.contrast import Difference
+    from ..decisions.identification import Identification
     from ..study.features.effects import Effects
     from ..study.features.features import FeatureResult
     from ..study.features.ranking import Ranking
@@ -356,6 +358,57 @@ def plot_difference(
         ax.legend()
     set_x_label(ax, with_unit(f"change of {plain_words(difference.name)}", shown))
     ax.set_ylabel("pairs of mechanisms")
+    return ax
+
+
+def plot_identification(found: Identification, *, ax: Axes | None = None, **points: Any) -> Axes:
+    """Draw the region of the first two parameters, or of the only one, in the box that was searched.
+
+    Parameters
+    ----------
+    found : Identification
+        What ``identify`` returned.
+    ax : Axes, optional
+        Where to draw; a new figure if not given.
+    **points
+        Passed to ``Axes.plot`` for the points of the region.
+
+    Returns
+    -------
+    Axes
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> import numpy as np
+    >>> t = np.linspace(0.0, 1.0, 101)
+    >>> box = {"a": cc.Interval(1.0, 2.0), "b": cc.normal(0.0, 0.1)}
+    >>> study = cc.Study(lambda a, b: {"t": t, "x": a * t + b}, box)
+    >>> trace = cc.results.Measured({"x": 1.5 * t}, t=t)
+    >>> ax = cc.plots.plot_identification(cc.identify(study, trace, ["a"], [cc.features.rms("x")]))
+    """
+    require("found", found, "Identification")
+    ax = new_axes(ax)
+    names = list(found.intervals)[:2]
+    columns, best = found.points.T[:2].copy(), [found.best[name] for name in names]
+    for axis, name in enumerate(names):
+        side = found.intervals[name]
+        factor, unit = prefix_of(max(abs(side.lower), abs(side.upper)), found.units.get(name, ""))
+        both = {"xy"[axis] + "lim": (factor * side.lower, factor * side.upper)}
+        ax.set(**both, **{"xy"[axis] + "label": with_unit(plain_words(name), unit)})
+        columns[axis] *= factor
+        best[axis] *= factor
+    if len(names) == 1:
+        columns, best = np.vstack([columns, np.zeros(columns.shape[1])]), [*best, 0.0]
+        ax.set_yticks([])
+    look: dict[str, Any] = {"color": COLORS[0], "linestyle": "", "marker": ".", "markersize": 4.0}
+    label = f"region with {100.0 * found.confidence:g} % confidence"
+    ax.plot(*columns, **(look | {"label": label} | points))
+    ax.plot(
+        *([value] for value in best), color=COLORS[4], linestyle="", marker="+", label="nearest to the trace"
+    )
+    ax.set_title(found.status.replace("_", " "))
+    ax.legend(loc="upper right")
     return ax
 
 

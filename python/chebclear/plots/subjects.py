@@ -26,6 +26,7 @@ _WORDS = {
     "Share": 'the share of a specification, such as conformance(...)["stroke"]',
     "Difference": 'a feature of two designs, such as contrast(...)["peak force"]',
     "Agreement": 'what a measured trace is compared with: measured.compare(result["slider.x"])',
+    "Identification": "an Identification, as identify returns it",
     "LostMotion": "a LostMotion, as lost_motion returns it",
     "Spectrum": 'a Spectrum, as run.spectrum("slider.ax") returns it',
     "Cycles": 'load cycles, as run.cycles("wrist.normal_force") returns them',

@@ -6,9 +6,13 @@ import argparse
 import sys
 from typing import Any
 
+from ...decisions.identification import identify
+from ...decisions.measured import Measured, load_measured
+from ...decisions.trace import TraceFeature, column_of
+from ...run.features import Feature, rms
 from ...study.results import StudyResult
 from ...study.study import Study
-from ..bands import DEMANDS, finish
+from ..bands import DEMANDS, TraceFit, finish
 from ..options import (
     Commands,
     add_means,
@@ -16,8 +20,10 @@ from ..options import (
     add_scene,
     add_settings,
     count,
+    file,
     new_command,
     positive,
+    words,
 )
 from ..output import require_writable
 from ..plans import plan_of
@@ -61,6 +67,19 @@ def add(commands: Commands) -> None:
         "--require",
         choices=list(DEMANDS),
         help="exit with 3 if the verdict on an output is worse; calibrated accepts resolved and certified",
+    )
+    command.add_argument(
+        "--measured",
+        type=file,
+        metavar="TRACE",
+        help="CSV file with t or angle and columns named as outputs, with their units, as in "
+        "'t [ms],slider.ax [m/s2]': print which share of it is inside the bands, and where not",
+    )
+    command.add_argument(
+        "--identify",
+        type=words,
+        metavar="A,B",
+        help="parameters to find from --measured, by the features of the file that it holds, or else the rms",
     )
     add_settings(command)
     add_out(command, STUDY_FILES)
@@ -125,6 +144,9 @@ def study(options: argparse.Namespace) -> int:
             options.usage_error(f"argument --{option}: is for --kind {kinds}, not for {options.kind}")
     if "discard" in given and "revolutions" not in given:
         options.usage_error("argument --discard: is for bands by crank angle, give --revolutions too")
+    if options.identify and not options.measured:
+        options.usage_error("argument --identify: is for a trace, give --measured too")
+    trace = None if options.measured is None else load_measured(options.measured)
     made, title = study_of(options)
     template = template_of(options)
     drawn = any(one.distribution is not None for one in template.parameters.values())
@@ -134,11 +156,16 @@ def study(options: argparse.Namespace) -> int:
             'distribution = "normal"',
             file=sys.stderr,
         )
-    return carry_out(made, options.kind, given, options, title)
+    return carry_out(made, options.kind, given, options, title, trace)
 
 
 def carry_out(
-    made: Study, method: str, given: dict[str, Any], options: argparse.Namespace, title: str
+    made: Study,
+    method: str,
+    given: dict[str, Any],
+    options: argparse.Namespace,
+    title: str,
+    trace: Measured | None = None,
 ) -> int:
     """Say what a method of a study will cost if that is much, or if no more is wanted, and run it."""
     # A number of runs that time chooses takes no longer than that.
@@ -150,7 +177,20 @@ def carry_out(
     followed = any(band.verdict == "resolved" and band.surrogate is not None for band in result.values())
     if options.check and not followed:
         print("warning: no output is resolved by a polynomial: --check finds no worst case", file=sys.stderr)
-    return finish(result.check() if options.check and followed else result, options, title, plan)
+    fit = None
+    if trace is not None:
+        wanted = options.identify
+        found = identify(made, trace, wanted, _measurable(made, trace)) if wanted else None
+        fit = TraceFit(trace.compare(result), found)
+    return finish(result.check() if options.check and followed else result, options, title, plan, fit)
+
+
+def _measurable(made: Study, trace: Measured) -> dict[str, TraceFeature]:
+    """The features of a study that a trace holds, or else the rms of its outputs."""
+    given = {name: one for name, one in made.features.items() if isinstance(one, Feature)}
+    return {name: one for name, one in given.items() if column_of(one) in trace} or {
+        f"rms of {name}": rms(name) for name in trace
+    }
 
 
 def study_of(options: argparse.Namespace) -> tuple[Study, str]:
