@@ -60,7 +60,6 @@ from .study.band.zones import restraint_zones as restraint_zones
 from .study.bifurcation import bifurcation as bifurcation
 from .study.comparison import compare as compare
 from .study.conforming import conformance as conformance
-from .study.polynomials.surrogate import Surrogate as Surrogate
 from .study.requirements.specification import require as require
 from .study.results import StudyResult as StudyResult
 from .study.study import Study as Study

@@ -26,7 +26,7 @@ from .study.features.ranking import Rank, Ranking
 from .study.features.reach import FeatureInterval
 from .study.function import StudyFunction
 from .study.polynomials.sensitivity import VarianceShares
-from .study.polynomials.surrogate import PolynomialRange
+from .study.polynomials.surrogate import PolynomialRange, Surrogate
 from .study.requirements.conformance import Conformance, Share
 from .study.requirements.specification import Specification
 from .study.sweep import LiftOff, Resonance, Sweep
@@ -84,6 +84,7 @@ __all__ = [
     "StudyFunction",
     "StudyTradeoff",
     "StudyTradeoffPoint",
+    "Surrogate",
     "Sweep",
     "Swing",
     "Template",

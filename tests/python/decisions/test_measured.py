@@ -1,8 +1,11 @@
 """Measured traces: units, triggers and shares inside bands against straight lines; bad files, all at once."""
 
+import json
+
 import chebclear as cc
 import numpy as np
 import pytest
+from chebclear import cli
 from chebclear.features import BandPower, Crossings, MagnitudeQuantile
 from chebclear.results import Measured
 
@@ -160,3 +163,61 @@ def test_features_of_samples_have_their_closed_forms():
     sampled = study.sample(3)
     expected = np.quantile(np.abs(sampled.values("slider.ax")), 0.9, axis=1)
     np.testing.assert_allclose(sampled.features["peaks"].values[:, 0], expected)
+
+
+def test_the_command_compares_and_identifies(tmp_path, capsys):
+    file = tmp_path / "block.toml"
+    file.write_text(
+        """
+format = 1
+[parameters]
+stiffness = { limits = [80, 120] }
+[[bodies]]
+name = "block"
+mass = 1
+inertia = 1
+[[joints]]
+type = "prismatic"
+name = "rail"
+a = "ground"
+b = "block"
+axis = [1, 0]
+[[forces]]
+type = "force"
+name = "pull"
+point = "block"
+x = "-stiffness*block.x"
+y = 0
+[[start]]
+type = "joint"
+joint = "rail"
+position = 0.1
+[run]
+duration = 1
+samples = 101
+outputs = ["block.x", "block.vx"]
+[features]
+speed = "mean(block.x)"
+""",
+        encoding="utf-8",
+    )
+    x = 100.0 * np.cos(np.sqrt(95.0) * T)
+    lines = [f"{1e3 * t!r},{float(one)!r}" for t, one in zip(T.tolist(), x, strict=True)]
+    path = written(tmp_path, "\n".join(["t [ms],block.x [mm]", *lines]))
+    command = ["study", str(file), "--runs", "24", "--measured", str(path), "--identify", "stiffness"]
+    assert cli.main([*command, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["measured"][0]["output"] == "block.x" and told["measured"][0]["inside"] == 1.0
+    low, high = told["identified"]["ranges"]["stiffness"]
+    assert told["identified"]["status"] == "identified"
+    assert low - 1e-4 < 95.0 < high + 1e-4 and high - low < 0.1
+    assert cli.main([*command, "--quiet", "--out", str(tmp_path / "out")]) == 0
+    assert "What was measured" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert {"measured.csv", "measured_block.x.png", "identified.png"} <= {
+        one.name for one in (tmp_path / "out").iterdir()
+    }
+    for wrong in (["--identify", "stiffness"], ["--measured", str(tmp_path / "none.csv")]):
+        with pytest.raises(SystemExit):
+            cli.main(["study", str(file), *wrong])
+    written(tmp_path, "t [ms],block.x\n0,1\n1,2\n")
+    assert cli.main(command) != 0

@@ -51,7 +51,7 @@ def test_runs_beside_the_grid_check_the_polynomial_and_do_not_change_it(degree):
     assert len(result.parameters) == count + CHECKS
     band = result["y"]
     assert band.verdict == "resolved" and band.margin.error > 0.0
-    fitted = cc.Surrogate.fit(PLANE, (degree + 1,) * 2, (degree,) * 2, band.runs[:count])
+    fitted = cc.results.Surrogate.fit(PLANE, (degree + 1,) * 2, (degree,) * 2, band.runs[:count])
     assert np.array_equal(band.surrogate.terms, fitted.terms)
 
 

@@ -555,6 +555,6 @@ def test_the_search_for_a_range_can_be_interrupted():
     # 400 polynomials of 4096 terms that do not decay: half a minute.
     box = '{f"p{index}": cc.Interval(0.0, 1.0) for index in range(6)}'
     terms = '__import__("numpy").random.default_rng(0).normal(size=(4096, 400))'
-    spent = work_after_interrupt(f"cc.Surrogate({box}, (3,) * 6, {terms}).range(threads=1)")
+    spent = work_after_interrupt(f"cc.results.Surrogate({box}, (3,) * 6, {terms}).range(threads=1)")
     # A few columns are finished first, 60 ms each.
     assert spent < 5.0

@@ -28,7 +28,7 @@ def fitted(function, degrees, nodes=None, box=BOX):
     """Surrogate of a function of normalized points, shape (points, parameters) -> (points, samples)."""
     nodes = nodes or [degree + 1 for degree in degrees]
     points = chebyshev_grid(list(box.values()), nodes)
-    return cc.Surrogate.fit(box, nodes, degrees, function(normalized(box, points)))
+    return cc.results.Surrogate.fit(box, nodes, degrees, function(normalized(box, points)))
 
 
 def band_of(surrogate, t):
@@ -96,7 +96,7 @@ def test_interpolation_reproduces_the_runs():
     nodes = [5, 4, 6]
     points = chebyshev_grid(list(BOX.values()), nodes)
     runs = analytic(normalized(BOX, points))
-    surrogate = cc.Surrogate.fit(BOX, nodes, [4, 3, 5], runs)
+    surrogate = cc.results.Surrogate.fit(BOX, nodes, [4, 3, 5], runs)
     np.testing.assert_allclose(surrogate.evaluate(dict(zip(BOX, points.T, strict=True))), runs, atol=1e-14)
 
 
@@ -172,7 +172,7 @@ def test_wrong_keywords_are_listed_together():
 def test_bounds_are_the_sum_of_equation_31():
     rng = np.random.default_rng(2)
     terms = rng.normal(size=(3 * 4, 5))
-    surrogate = cc.Surrogate({"a": cc.Interval(0.0, 1.0), "b": cc.Interval(0.0, 1.0)}, (2, 3), terms)
+    surrogate = cc.results.Surrogate({"a": cc.Interval(0.0, 1.0), "b": cc.Interval(0.0, 1.0)}, (2, 3), terms)
     lower, upper = surrogate.bounds("eq31")
     slack = np.abs(terms[1:]).sum(axis=0)
     np.testing.assert_allclose(lower, terms[0] - slack, rtol=1e-14)
@@ -185,7 +185,7 @@ def test_bounds_are_the_sum_of_equation_31():
 def test_a_single_polynomial_is_bounded_exactly():
     eighth = np.zeros((9, 1))
     eighth[8] = 1.0
-    lower, upper = cc.Surrogate({"a": cc.Interval(3.0, 4.0)}, (8,), eighth).bounds()
+    lower, upper = cc.results.Surrogate({"a": cc.Interval(3.0, 4.0)}, (8,), eighth).bounds()
     assert (lower[0], upper[0]) == (-1.0, 1.0)  # T_8 takes exactly these values
 
 
@@ -209,7 +209,7 @@ def test_slope_at_the_ends_of_the_interval(degree):
     # T_n' is n^2 at 1 and (-1)^(n+1) n^2 at -1, where the angle form of Eq. (33) is 0/0.
     term = np.zeros((degree + 1, 1))
     term[degree] = 1.0
-    surrogate = cc.Surrogate({"a": cc.Interval(2.0, 6.0)}, (degree,), term)
+    surrogate = cc.results.Surrogate({"a": cc.Interval(2.0, 6.0)}, (degree,), term)
     assert surrogate.derivative("a", at={"a": 6.0})[0] == pytest.approx(degree**2 / 2.0, rel=1e-13)
     assert surrogate.derivative("a", at={"a": 2.0})[0] == pytest.approx(
         (-1) ** (degree + 1) * degree**2 / 2.0, rel=1e-13
@@ -221,7 +221,7 @@ def test_sensitivity_to_the_midpoint_by_hand():
     rng = np.random.default_rng(3)
     c = rng.normal(size=(4, 4))
     sides = {"a": cc.Interval(1.0, 1.5), "b": cc.Interval(-7.0, 1.0)}
-    surrogate = cc.Surrogate(sides, (3, 3), c.reshape(16, 1))
+    surrogate = cc.results.Surrogate(sides, (3, 3), c.reshape(16, 1))
     by_hand = (c[1, 0] - 3.0 * c[3, 0] - c[1, 2] + 3.0 * c[3, 2]) / 0.25
     assert surrogate.derivative("a")[0] == pytest.approx(by_hand, rel=1e-13)
 
@@ -259,7 +259,7 @@ def test_the_worst_corner_of_a_monotone_function():
 @pytest.fixture
 def wavy():
     t = np.linspace(0.0, 1.0, 101)
-    surrogate = cc.Surrogate(
+    surrogate = cc.results.Surrogate(
         {"a": cc.Interval(0.0, 1.0)}, (1,), np.stack([np.sin(30.0 * t), 0.1 + 0.05 * np.cos(70.0 * t)])
     )
     return band_of(surrogate, t)
@@ -331,7 +331,7 @@ def test_bounds_of_the_ideal_mechanism(output, errors, scan_width, bound_width):
     angle = np.linspace(0.0, 2.0 * math.pi, 721)
     sides = list(LENGTHS.values())
     nodes = chebyshev_grid(sides, [4, 4])
-    surrogate = cc.Surrogate.fit(LENGTHS, [4, 4], [3, 3], ideal_runs(nodes, angle)[output])
+    surrogate = cc.results.Surrogate.fit(LENGTHS, [4, 4], [3, 3], ideal_runs(nodes, angle)[output])
     lower, upper = surrogate.bounds("eq31")
     scan = ideal_runs(tensor_grid([np.linspace(side.lower, side.upper, 10) for side in sides]), angle)[output]
 

@@ -25,7 +25,7 @@ def fitted(function, degree, box, nodes=None):
         axis=-1,
     )
     runs = function(z)
-    surrogate = cc.Surrogate.fit(box, nodes, [degree] * len(box), runs)
+    surrogate = cc.results.Surrogate.fit(box, nodes, [degree] * len(box), runs)
     return surrogate, nodes, runs, function(np.zeros((1, len(box))))[0]
 
 
@@ -190,7 +190,7 @@ def test_variance_shares_in_closed_form():
 def test_variance_shares_of_random_polynomials_against_sampling():
     rng = np.random.default_rng(5)
     box = {name: cc.Interval(-1.0, 1.0) for name in "abc"}
-    surrogate = cc.Surrogate(box, (3, 2, 3), rng.normal(size=(48, 2)))
+    surrogate = cc.results.Surrogate(box, (3, 2, 3), rng.normal(size=(48, 2)))
     from chebclear.study.polynomials.sensitivity import variance_shares
 
     shares = variance_shares(surrogate)
@@ -206,7 +206,9 @@ def test_variance_shares_of_random_polynomials_against_sampling():
 
 
 def test_nothing_is_bounded_that_is_not_finite():
-    surrogate = cc.Surrogate({"a": cc.Interval(0.0, 1.0)}, (1,), np.array([[0.0, 1.0], [1.0, np.nan]]))
+    surrogate = cc.results.Surrogate(
+        {"a": cc.Interval(0.0, 1.0)}, (1,), np.array([[0.0, 1.0], [1.0, np.nan]])
+    )
     with pytest.raises(ValueError, match="column 1 has a coefficient NaN"):
         surrogate.range()
 
@@ -216,7 +218,7 @@ def test_restraint_zones_are_where_the_sensitivity_is_calm():
     box = {"a": cc.Interval(-1.0, 1.0)}
 
     def band(slope):
-        surrogate = cc.Surrogate(box, (1,), np.stack([0.0 * t, slope]))
+        surrogate = cc.results.Surrogate(box, (1,), np.stack([0.0 * t, slope]))
         hull = -np.abs(slope), np.abs(slope)
         empty = np.empty((0, 1)), np.empty((0, len(t)))
         return cc.Band(
