@@ -88,7 +88,8 @@ def page(tables: list[FieldTable]) -> str:
     text = [
         "# Fields of scene files",
         "",
-        "Every table, type and field of a {doc}`scene file <scene_files>`; `chebclear fields` prints it.",
+        "What may stand in a {doc}`scene file <scene_files>`? Every table, type and field of it, as",
+        "`chebclear fields` prints them.",
         'A number may also be a quantity in its unit or any other of the dimension (`"20 um"`), or an',
         "expression of parameters. This page is made by `.ci/schema` from the records that the reader uses.",
         "",
