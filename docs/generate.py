@@ -69,7 +69,7 @@ def outputs_page() -> str:
 def features_page() -> str:
     """Every feature with the first line of what it is."""
     names = "peak lowest peak_to_peak time_of_peak time_of_lowest mean rms".split()
-    names += "impacts contact_share impulse wear loss".split()
+    names += "impacts contact_share impulse wear loss least_transmission_angle".split()
     rows = [
         f"| `cc.features.{name}(...)` | {getattr(cc.features, name).__doc__.splitlines()[0]} |"
         for name in names

@@ -1,5 +1,6 @@
 """Scalar results of a run: what to ask of `simulate` and `Study`."""
 
+from .decisions.kinematics import least_transmission_angle, transmission_angles
 from .run.features import (
     Extremum,
     Feature,
@@ -27,6 +28,7 @@ __all__ = [
     "contact_share",
     "impacts",
     "impulse",
+    "least_transmission_angle",
     "loss",
     "lowest",
     "mean",
@@ -35,5 +37,6 @@ __all__ = [
     "rms",
     "time_of_lowest",
     "time_of_peak",
+    "transmission_angles",
     "wear",
 ]

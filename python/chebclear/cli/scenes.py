@@ -7,6 +7,7 @@ import shlex
 import sys
 from typing import Any
 
+from ..run.settings import revolution_of
 from ..scene.parts import loose_joints
 from ..scene.usual import usual_outputs
 from ..templates.reader import load
@@ -33,7 +34,7 @@ def settings_of(template: Template, options: argparse.Namespace) -> dict[str, An
 
     Exits with a usage error if nothing says how long to simulate.
     """
-    if "duration" not in template.run:
+    if "duration" not in template.run and not revolution_of(template.scene()):
         turn = period_of(template)
         told = f"; one revolution of its drive takes {turn}" if turn else ""
         options.usage_error(f"how long? give --duration, or duration in the table [run] of the file{told}")

@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.units import unit
+from ..errors import ArgumentError
 from ..plots.drawing.pose import pose_columns, simulated_poses
 from ..run.settings import Settings
 from ..run.simulation import simulate
+from ..run.trajectory import Trajectory
 from ..scene.parts import GROUND, ends_of, owner_of
 from ..scene.scene import ClearanceRevolute, Joint, JointStart, Prismatic, Revolute, Scene, Speed
 from .lost_motion import without_play
@@ -143,6 +145,63 @@ def transmission_angle(scene: Scene, poses: Array) -> Array | None:
         lengths = np.hypot(*rod.T) * np.hypot(*way.T)
         return np.asarray(np.arcsin(np.minimum(np.abs(np.sum(rod * way, axis=1)) / lengths, 1.0)))
     return None
+
+
+def transmission_angles(run: Trajectory) -> Array:
+    """Transmission angle at every sample of a run [rad]; see `least_transmission_angle`.
+
+    Parameters
+    ----------
+    run : Trajectory
+        A run with the positions of all bodies, or a run of a study.
+
+    Returns
+    -------
+    ndarray, shape (samples,)
+
+    Raises
+    ------
+    ValueError
+        If the run lacks positions, or no coupler with two pins moves the output.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> scene = cc.mechanisms.slider_crank(crank_length=0.05, rod_length=0.1, clearance_at=())
+    >>> angles = cc.features.transmission_angles(cc.simulate(scene, samples=361))
+    >>> round(float(np.degrees(angles[90])), 6)  # 90 degrees less the lean of the rod
+    60.0
+    """
+    found = transmission_angle(run.scene, simulated_poses(run))
+    if found is None:
+        raise ArgumentError("no coupler with two pins moves an output on ground: no transmission angle")
+    return found
+
+
+def least_transmission_angle(run: Trajectory) -> float:
+    """Smallest transmission angle in the samples of a run [rad], a feature of a study.
+
+    The transmission angle lies between the coupler and a rocker, or the coupler and the normal of the guide
+    of a slider, and is folded to at most a right angle. Where it is small, forces and the effect of play are
+    large. The output is the last body that slides on ground, else the last one that swings on it.
+
+    Parameters
+    ----------
+    run : Trajectory
+        A run with the positions of all bodies, or a run of a study.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> lengths = {"rod_length": cc.Interval("0.10 m", "0.12 m")}
+    >>> asked = {"transmission": cc.features.least_transmission_angle}
+    >>> study = cc.Study(
+    ...     cc.mechanisms.slider_crank, lengths, features=asked, fixed={"clearance_at": ()}, samples=361
+    ... )
+    >>> round(float(study.function("transmission")([0.10])), 6)  # acos(crank / rod)
+    1.047198
+    """
+    return float(np.min(transmission_angles(run)))
 
 
 def _end_at(joint: Joint, body: str) -> str:

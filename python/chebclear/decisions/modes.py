@@ -22,6 +22,8 @@ from ..scene.scene import Scene, compiled
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ..plots.animation.animate import Animation
+
 Array = NDArray[np.float64]
 
 # Acceleration, relative to the square of the speed over the size, up to which a state is at rest.
@@ -116,16 +118,43 @@ class Modes(Shown):
         """
         from ..plots.drawing.scene import plot_poses
 
+        shape = self.shapes[self._index(mode, size)].real
+        return plot_poses(
+            self.scene, [self.poses, self.poses + size * shape, self.poses - size * shape], ax=ax
+        )
+
+    def animate(self, mode: int = 1, *, size: float = 0.1, frames: int = 40, rate: int = 25) -> Animation:
+        """Animate a mode over a period of it, without its decay.
+
+        Parameters
+        ----------
+        mode : int
+            Number of the mode, from 1 on [-].
+        size : float
+            Largest displacement that is drawn, relative to the size of the mechanism [-].
+        frames : int
+            Number of pictures [-].
+        rate : int
+            Pictures a second [1/s].
+
+        Returns
+        -------
+        Animation
+            Its `save` writes GIF, HTML and MP4.
+        """
+        from ..plots.animation.animate import animate_mode
+
+        return animate_mode(self, self._index(mode, size) + 1, size, frames, rate)
+
+    def _index(self, mode: int, size: float) -> int:
+        """The place of a mode, of which this size is drawn."""
         checks = Checks()
         index = checks.whole("mode", mode, least=1, most=max(1, len(self))) - 1
         checks.real("size", size, "-", above=0.0)
         checks.finish()
         if not len(self):
             raise ArgumentError("there is no mode: nothing oscillates")
-        shape = self.shapes[index].real
-        return plot_poses(
-            self.scene, [self.poses, self.poses + size * shape, self.poses - size * shape], ax=ax
-        )
+        return index
 
 
 def modes(scene: Scene, state: EndState | None = None) -> Modes:

@@ -18,7 +18,7 @@ from ..base.options import Documented, with_fields
 from ..base.shown import Shown
 from ..base.units import unit, units
 from ..errors import ArgumentError, Problem, SettingsError, is_plain
-from ..scene.scene import Inspection, Scene
+from ..scene.scene import Inspection, Scene, Speed
 from ..scene.schema import as_json_number
 from .features import JOINT_KINDS, Feature, checked_features
 from .names import output_meant
@@ -73,7 +73,8 @@ class Settings(Shown):
     Parameters
     ----------
     duration : float
-        Simulated time [s], above 0.
+        Simulated time [s], above 0. If not given, `simulate` and `Study` take one revolution of the slowest
+        drive where drives at constant speed prescribe the whole motion, as of a mechanism without play.
     samples : int
         Number of equally spaced samples, both ends included [-]; 2 to 10 000 000. Does not change the
         steps.
@@ -239,6 +240,12 @@ class Settings(Shown):
         checks.finish()
         _require_room(runs, self.samples, len(names))
         return dataclasses.replace(self, outputs=tuple(names))
+
+
+def revolution_of(scene: Scene) -> SpanOptions:
+    """One revolution as the duration, if the drives prescribe the motion of a mechanism; else nothing."""
+    turns = any(isinstance(drive, Speed) and drive.speed for drive in scene.drives)
+    return {"duration": scene.period} if turns and not scene.check().degrees_of_freedom else {}
 
 
 def require_features(facts: Inspection, features: Iterable[Feature]) -> None:

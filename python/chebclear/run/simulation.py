@@ -16,7 +16,7 @@ from .contacts import Contacts, Events
 from .continuation import continuation
 from .features import Feature
 from .notices import SCENE, Notice, issue
-from .settings import LEAST_RTOL, RunOptions, Settings, with_settings
+from .settings import LEAST_RTOL, RunOptions, Settings, revolution_of, with_settings
 from .tracking import settling_time
 from .trajectory import EndState, Stats, Trajectory
 
@@ -104,6 +104,8 @@ def simulate(
     checks.word("on_failure", on_failure, ("raise", "return"))
     if error is not None:
         checks.word("error", error, ("estimate",))
+    if settings is None and "duration" not in options and isinstance(scene, Scene):
+        options = {**options, **revolution_of(scene)}
     given = {"outputs": outputs, "features": features, **options}
     settings = Settings.gathered(checks, settings, given)
     least = LEAST_RTOL * _TIGHTER[-1]

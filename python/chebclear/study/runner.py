@@ -17,7 +17,7 @@ from ..execution.counts import Costs
 from ..execution.failures import located
 from ..execution.memory import SAMPLES_ALONE, Usage
 from ..execution.options import ExecutionOptions, checked_options
-from ..run.settings import RunOptions, Settings, checked_names, checked_settings
+from ..run.settings import RunOptions, Settings, checked_names, checked_settings, revolution_of
 from ..scene.distributions import Distribution, Uniform
 from ..scene.scene import Interval, Scene
 from ..scene.structure import ManyScenes
@@ -250,6 +250,10 @@ def checked_runner(
     if simulated:
         more = {"outputs": outputs, "features": tracked_features(asked.values()), **options}
         require_known(checks, given_units, [*intervals, *asked], simulated=True)
+        if settings is None and "duration" not in options:
+            checks.finish()
+            scene = build(**{name: side.nominal for name, side in intervals.items()}, **constant)
+            more |= revolution_of(scene) if isinstance(scene, Scene) else {}
         settings = Settings.gathered(checks, settings, more, outputs_needed=not asked)
     else:
         cycles = checked_settings(checks, {"cycles": options.get("cycles", 1)})["cycles"]

@@ -88,3 +88,56 @@ def test_what_no_drive_prescribes_is_only_assembled():
     # A driven crank alone moves no output.
     scene = turning(cc.mechanisms.pendulum_in_bearing())
     assert transmission_angle(scene, positions(scene, period_of(scene), 9).poses) is None
+
+
+def four_bar(coupler_length=0.1):
+    return cc.mechanisms.four_bar(
+        crank_length=0.03,
+        coupler_length=coupler_length,
+        rocker_length=0.08,
+        ground_length=0.11,
+        clearance_at=(),
+    )
+
+
+def smallest(coupler):
+    """By the law of cosines at the two positions of the crank on the line of the bearings."""
+    cosines = [(coupler**2 + 0.08**2 - across**2) / (0.16 * coupler) for across in (0.08, 0.14)]
+    return min(math.acos(abs(cosine)) for cosine in cosines)
+
+
+def test_the_least_transmission_angle_is_a_feature_of_a_study_without_a_duration():
+    features = {"transmission": cc.features.least_transmission_angle}
+    study = cc.Study(
+        four_bar,
+        {"coupler_length": cc.uniform(0.095, 0.105)},
+        features=features,
+        units={"transmission": "rad"},
+        samples=361,
+    )
+    lengths = np.array([[0.095], [0.1], [0.105]])
+    found = study.function("transmission")(lengths)
+    np.testing.assert_allclose(found, [smallest(length) for length in lengths[:, 0]], rtol=1e-12)
+    shares = cc.conformance(
+        study, {"moves": cc.require("transmission", above=f"{math.degrees(smallest(0.1))} deg")}, 40
+    )
+    assert 0.0 < shares["moves"].share < 1.0
+
+
+def test_a_prescribed_motion_is_simulated_for_a_revolution():
+    run = cc.simulate(four_bar(), samples=73)
+    assert run.t[-1] == four_bar().period
+    assert cc.features.transmission_angles(run).min() == pytest.approx(smallest(0.1), rel=1e-12)
+    loose = cc.mechanisms.four_bar(clearance_at=("rocker_pin",))
+    for call in (
+        cc.simulate,
+        lambda scene, **how: cc.Study(lambda x: scene, {"x": cc.Interval(0, 1)}, **how),
+    ):
+        with pytest.raises(TypeError, match="duration is missing"):
+            call(loose, samples=73)
+    with pytest.raises(ValueError, match="lacks positions"):
+        cc.features.transmission_angles(cc.simulate(four_bar(), samples=3, outputs=["rocker.angle"]))
+    with pytest.raises(ValueError, match="no coupler"):
+        cc.features.least_transmission_angle(
+            cc.simulate(cc.mechanisms.pendulum_in_bearing(), duration=0.01, samples=3)
+        )

@@ -134,6 +134,22 @@ def test_a_closed_loop_oscillates_with_the_period_of_its_simulation():
     assert found.plot().get_xlabel() == "x [m]"
 
 
+def test_an_animation_goes_through_a_period_of_the_mode(tmp_path):
+    found = cc.modes(masses())
+    moving = found.animate(2, size=0.2, frames=8)
+    motion = moving._stage.motion
+    phases = np.arange(8) / 8
+    np.testing.assert_allclose(motion.t, phases / found.frequencies[1], rtol=1e-12)
+    name, axis = motion.output.split(".")
+    body = found.bodies.index(name)
+    assert axis == "x" and abs(found.shapes[1, body, 0]) == np.abs(found.shapes[1, :, 0]).max()
+    wave = 0.2 * found.shapes[1, :, 0].real * np.cos(2 * np.pi * phases)[:, None]
+    np.testing.assert_allclose(motion.values, found.poses[body, 0] + wave[:, body], atol=1e-12)
+    shifts = np.stack([motion.transforms[one][:, 4] for one in found.bodies], axis=1)
+    np.testing.assert_allclose(shifts, wave - wave[0], atol=1e-12)
+    assert "mode 2 at" in moving._note() and moving.save(tmp_path / "mode.html").stat().st_size > 0
+
+
 def test_bad_input():
     with pytest.raises(TypeError, match="must be a Scene"):
         cc.modes("scene")
@@ -144,5 +160,10 @@ def test_bad_input():
     driven = cc.mechanisms.four_bar(clearance_at=())
     with pytest.raises(ValueError, match="nothing moves freely"):
         cc.modes(driven)
-    with pytest.raises(ValueError, match="mode must be"):
-        cc.modes(masses()).plot(3)
+    for draw in (cc.modes(masses()).plot, cc.modes(masses()).animate):
+        with pytest.raises(ValueError, match=r"(?s)mode must be.*size must be"):
+            draw(3, size=-1.0)
+    with pytest.raises(ValueError, match=r"(?s)frames must be.*rate must be"):
+        cc.modes(masses()).animate(frames=1, rate=0)
+    with pytest.raises(ValueError, match="there is no mode"):
+        cc.modes(pendulum(np.pi)).animate()

@@ -20,15 +20,16 @@ from ...report.film import Film
 from ...report.html import film_page, framed
 from ...scene.columns import column_words, plain_words
 from ...scene.scene import ClearanceRevolute
-from ..drawing.pose import simulated_poses
+from ..drawing.pose import Pose, simulated_poses
 from ..subjects import require, require_name
 from .film import mechanism_words, run_film
-from .motion import motion_of
+from .motion import Motion, motion_of, moving_mechanism
 from .stage import Stage
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from ...decisions.modes import Modes
     from ...run.trajectory import Trajectory
 
 MOST_FRAMES = 2000
@@ -38,10 +39,10 @@ _JOINT_COLUMNS = ("eccentricity_x", "eccentricity_y", "normal_force", "friction_
 
 
 class Animation:
-    """A run as a moving picture, to be saved or played in a notebook; `animate` makes it."""
+    """A run or a mode as a moving picture, to be saved or played in a notebook; `animate` makes it."""
 
-    def __init__(self, stage: Stage, rate: int) -> None:
-        self._stage, self.rate = stage, rate
+    def __init__(self, stage: Stage, rate: int, shown: str = "the run") -> None:
+        self._stage, self.rate, self._shown = stage, rate, shown
 
     def __repr__(self) -> str:
         return f"<Animation: {len(self)} frames, {self.rate:g} a second>"
@@ -138,7 +139,8 @@ class Animation:
         motion = self._stage.motion
         span = float(motion.t[motion.frames[-1]] - motion.t[motion.frames[0]])
         slower = (len(self) - 1) / self.rate / span
-        text = f"{span:.4g} s of the run, {slower:.3g} times slower, with its {column_words(motion.output)}."
+        output = column_words(motion.output)
+        text = f"{span:.4g} s of {self._shown}, {slower:.3g} times slower, with its {output}."
         if motion.loose is not None:
             name = plain_words(motion.loose.joint.name)
             text += f" The center of the journal of the {name} is free in the dashed circle."
@@ -227,6 +229,33 @@ def animate(
     picked = np.unique(np.linspace(0, len(samples) - 1, count).round().astype(np.int64))
     stage = Stage(motion_of(run, poses, samples, picked, chosen, shown), (extent[0], extent[1]))
     return Animation(stage, pace)
+
+
+def animate_mode(modes: Modes, mode: int, size: float, frames: int, rate: int) -> Animation:
+    """A period of a mode, with the coordinate that moves most; see `Modes.animate`."""
+    checks = Checks()
+    count = checks.whole("frames", frames, least=2, most=MOST_FRAMES)
+    pace = checks.whole("rate", rate, least=1, most=MOST_RATE)
+    checks.finish()
+    shape, frequency = modes.shapes[mode - 1], float(modes.frequencies[mode - 1])
+    turns = np.arange(count) / count
+    waves = size * (shape * np.exp(2j * math.pi * turns)[:, None, None]).real
+    moments = [Pose(modes.scene, pose) for pose in modes.poses + waves]
+    # Angles count by the displacement at the size of the mechanism.
+    spans = np.ptp(waves, axis=0) * [1.0, 1.0, moments[0].size]
+    body, axis = np.unravel_index(np.argmax(spans), spans.shape)
+    name = modes.bodies[body]
+    places = [[*pose.at(f"{name}.center_of_mass"), pose.places[name][2]] for pose in moments]
+    motion = Motion(
+        **vars(moving_mechanism(modes.scene, modes.poses + waves)),
+        t=turns / frequency,
+        frames=np.arange(count),
+        loose=None,
+        output=f"{name}.{('x', 'y', 'angle')[axis]}",
+        values=np.array(places)[:, axis],
+    )
+    shown = f"mode {mode} at {frequency:.4g} Hz, of no size of its own"
+    return Animation(Stage(motion, (10.0, 5.0)), pace, shown)
 
 
 def _ffmpeg() -> str:
