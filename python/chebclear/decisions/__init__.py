@@ -2,5 +2,5 @@
 
 In: two studies and requirements, a scene, or bands and a measured trace; out: paired differences with exact
 intervals, natural frequencies and modes, positions and transmission angles, lost motion, shares of a trace
-inside bands. Uses `study`, `execution`, `run`, `scene`, `report`, `plots` and `base`.
+inside bands, regions of parameters. Uses `study`, `execution`, `run`, `scene`, `report`, `plots` and `base`.
 """

@@ -243,7 +243,7 @@ def identify(
     Parameters
     ----------
     source : Study or StudyResult
-        The model, which is simulated at the instants of the trace; or finished runs over time.
+        The model, which is simulated at the instants of the trace; or finished runs over time, as they are.
     measured : Measured
         The trace, equally spaced, in the time of the model. What is outside of that of the study is left out.
     parameters : sequence of str

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base import files as records
-from ..base.arguments import Checks, as_number, meant_or_known
+from ..base.arguments import Checks, meant_or_known
 from ..base.named import Named
 from ..base.prefixes import format_range
 from ..base.shown import Shown, listed
-from ..base.units import UnitError, convert, si_unit, unit
+from ..base.units import UnitError, convert, is_quantity, si_unit, unit
 from ..errors import ArgumentError, UnknownNameError
 from ..scene.columns import column_unit
 from ..study.band.band import Band
@@ -71,27 +71,21 @@ class Measured(records.ArrayRecord, Named[Array]):
     def __post_init__(self) -> None:
         checks = Checks()
         axes = {name: axis for name, axis in (("t", self.t), ("angle", self.angle)) if axis is not None}
+        given = {name: _column(checks, name, one) for name, one in (axes | dict(self.columns)).items()}
         if not axes or not self.columns:
             checks.add("a trace needs t or angle, and at least one column of values")
-        count = len(next(iter(axes.values()), ()))
-        for name, column in (axes | dict(self.columns)).items():
-            if np.shape(column) != (count,) or count < 2:
-                checks.add_at(
-                    name, f"must be at least 2 numbers, as many as t or angle, got {np.shape(column)}"
-                )
-            elif not np.all(np.isfinite(column)):
-                checks.add_at(
-                    name, f"must be finite, it is not at sample {np.flatnonzero(~np.isfinite(column))[0]}"
-                )
+        if len({len(column) for column in given.values()}) > 1:
+            checks.add(f"columns must be equally long, got { ({n: len(one) for n, one in given.items()}) }")
         checks.finish()
+        for name in axes:
+            object.__setattr__(self, name, given[name])
+        object.__setattr__(self, "columns", {name: given[name] for name in self.columns})
         if self.t is not None and np.min(np.diff(self.t)) <= 0.0:
             late = int(np.argmax(np.diff(self.t) <= 0.0)) + 1
-            checks.add(
-                f"t must rise from sample to sample, it does not at sample {late}, {self.t[late]:.6g} s"
-            )
+            checks.add(f"t must rise, it does not at sample {late}, {self.t[late]:.6g} s")
         if self.angle is not None and np.max(np.abs(np.diff(self.angle))) > _TURN / _LEAST_OF_A_TURN:
             checks.add(
-                f"angle has fewer than {_LEAST_OF_A_TURN} samples in a revolution, too few to count its turns"
+                f"angle has fewer than {_LEAST_OF_A_TURN} samples in a turn: too coarse to count turns"
             )
         checks.finish()
         super().__post_init__()
@@ -148,6 +142,8 @@ class Measured(records.ArrayRecord, Named[Array]):
         before = values[after - 1]
         part = (number - before) / (values[after] - before)
         edges = self.t[after - 1] + part * (self.t[after] - self.t[after - 1])
+        if turns and np.min(np.diff(edges)) < 0.5 * np.median(np.diff(edges)):
+            raise ArgumentError(f'"{signal}" rises twice within a turn through {number:g}: is it noise?')
         if not turns:
             return replace(self, t=self.t - edges[0] + start)
         kept = (self.t >= edges[0]) & (self.t <= edges[-1])
@@ -220,20 +216,12 @@ class Agreement(Shown):
 
     @property
     def outside(self) -> tuple[tuple[float, float], ...]:
-        """Where the others are: from and to which instant [s] or crank angle [rad], by straight lines."""
+        """Where the others are: from and to which instant [s] or crank angle [rad]."""
         out = np.concatenate([[False], self.excess > 0.0, [False]])
         firsts, lasts = np.flatnonzero(~out[:-1] & out[1:]), np.flatnonzero(out[:-1] & ~out[1:]) - 1
         return tuple(
-            (self._crossing(first, first - 1), self._crossing(last, last + 1))
-            for first, last in zip(firsts.tolist(), lasts.tolist(), strict=True)
+            (float(self.places[a]), float(self.places[b])) for a, b in zip(firsts, lasts, strict=True)
         )
-
-    def _crossing(self, sample: int, beside: int) -> float:
-        """Where the trace leaves the band between a sample outside and one inside, if there is one."""
-        if not 0 <= beside < len(self.places):
-            return float(self.places[sample])
-        part = self.excess[sample] / (self.excess[sample] - self.excess[beside])
-        return float(self.places[sample] + part * (self.places[beside] - self.places[sample]))
 
     def __str__(self) -> str:
         band, outside = self.band, self.outside
@@ -282,6 +270,19 @@ def _agreement(checks: Checks, measured: Measured, band: Band) -> Agreement | No
     return Agreement(band, places, values, excess, int(np.count_nonzero(~kept)))
 
 
+def _column(checks: Checks, name: str, given: object) -> Array:
+    """A column of at least two finite numbers, or a problem."""
+    try:
+        column = np.array(given, dtype=float)
+    except (TypeError, ValueError):
+        column = np.empty(0)
+    if column.ndim != 1 or len(column) < 2:
+        checks.add_at(name, f"must be at least 2 numbers, of shape (samples,), got {given!r:.60}")
+    elif not np.all(np.isfinite(column)):
+        checks.add_at(name, f"must be finite, it is not at sample {np.argmin(np.isfinite(column))}")
+    return column if column.ndim == 1 else np.empty(0)
+
+
 def unit_factor(checks: Checks, name: str, own: str, wanted: str) -> float:
     """The factor from the SI unit of a trace to the unit of a model; 1 where either is not known."""
     if own and wanted and own != wanted:
@@ -292,14 +293,18 @@ def unit_factor(checks: Checks, name: str, own: str, wanted: str) -> float:
     return 1.0
 
 
-def quantity(checks: Checks, name: str, given: float | str, unit: str) -> float:
+def quantity(checks: Checks, name: str, given: float | str, unit: str, least: float = -math.inf) -> float:
     """A number in SI units, or one with a unit, of the dimension of a unit."""
-    number = as_number(given)
     try:
-        return convert(str(given), unit or "unit") if number is None else number
+        number = (
+            convert(given, unit or "unit") if isinstance(given, str) and is_quantity(given) else float(given)
+        )
     except UnitError as error:
         checks.add_at(name, str(error))
         return math.nan
+    except (TypeError, ValueError):
+        number = math.nan
+    return checks.real(name, number, unit or "SI unit", least=least)
 
 
 def load_measured(

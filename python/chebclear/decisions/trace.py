@@ -132,9 +132,8 @@ def trace_features(
         if name not in wanted:
             checks.add_at(f'noise["{name}"]', "is of no output that the features use")
             continue
-        deviations[name] = factors[name] * quantity(
-            checks, f'noise["{name}"]', size, measured.units.get(name, "")
-        )
+        own = measured.units.get(name, "")
+        deviations[name] = factors[name] * quantity(checks, f'noise["{name}"]', size, own, least=0.0)
     trace = TraceFeatures(window, asked, deviations)
     values = {}
     for name, one in asked.items() if step > 0.0 else ():

@@ -19,6 +19,7 @@ from ..options import (
     add_out,
     add_scene,
     add_settings,
+    assignment,
     count,
     file,
     new_command,
@@ -80,6 +81,14 @@ def add(commands: Commands) -> None:
         type=words,
         metavar="A,B",
         help="parameters to find from --measured, by the features of the file that it holds, or else the rms",
+    )
+    command.add_argument(
+        "--noise",
+        action="append",
+        default=[],
+        type=assignment,
+        metavar="NAME=VALUE",
+        help="standard deviation of the noise in an output of --measured, as in slider.ax='30 m/s2'",
     )
     add_settings(command)
     add_out(command, STUDY_FILES)
@@ -144,8 +153,9 @@ def study(options: argparse.Namespace) -> int:
             options.usage_error(f"argument --{option}: is for --kind {kinds}, not for {options.kind}")
     if "discard" in given and "revolutions" not in given:
         options.usage_error("argument --discard: is for bands by crank angle, give --revolutions too")
-    if options.identify and not options.measured:
-        options.usage_error("argument --identify: is for a trace, give --measured too")
+    for name, needed in (("identify", "measured"), ("noise", "identify")):
+        if getattr(options, name) and not getattr(options, needed):
+            options.usage_error(f"argument --{name}: needs --{needed} too")
     trace = None if options.measured is None else load_measured(options.measured)
     made, title = study_of(options)
     template = template_of(options)
@@ -173,15 +183,15 @@ def carry_out(
     plan = None if is_bounded and not options.plan else plan_of(made, method, given, options)
     if options.plan:
         return 0
+    found = None
+    if trace is not None and options.identify:
+        noise = dict(options.noise)
+        found = identify(made, trace, options.identify, _measurable(made, trace), noise=noise)
     result: StudyResult = getattr(made, method)(**given)
     followed = any(band.verdict == "resolved" and band.surrogate is not None for band in result.values())
     if options.check and not followed:
         print("warning: no output is resolved by a polynomial: --check finds no worst case", file=sys.stderr)
-    fit = None
-    if trace is not None:
-        wanted = options.identify
-        found = identify(made, trace, wanted, _measurable(made, trace)) if wanted else None
-        fit = TraceFit(trace.compare(result), found)
+    fit = None if trace is None else TraceFit(trace.compare(result), found)
     return finish(result.check() if options.check and followed else result, options, title, plan, fit)
 
 

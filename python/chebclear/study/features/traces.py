@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.arguments import Checks
 from ...base.units import unit
 from ...errors import ArgumentError
 
@@ -20,6 +21,16 @@ class OfSamples:
 
     of: str
     """Name of the output."""
+
+    def __post_init__(self) -> None:
+        checks = Checks()
+        for item in fields(self):  # type: ignore[arg-type]
+            value = getattr(self, item.name)
+            if item.name == "of" and not isinstance(value, str):
+                checks.add_at("of", f"must be the name of an output, got {value!r}", wrong_type=True)
+            elif item.name != "of" and value is not None:
+                checks.real(item.name, value, item.metadata.get("unit", "-"))
+        checks.finish()
 
     def __call__(self, run: Mapping[str, Any]) -> float:
         t = run["t"] if "t" in run else run.t  # type: ignore[attr-defined] # a dictionary, or a run
@@ -98,6 +109,8 @@ class MagnitudeQuantile(OfSamples):
 
     def sampled(self, t: Array, values: Array) -> Array:
         """The feature of values of shape (..., samples)."""
+        if not 0.0 <= self.share <= 1.0:
+            raise ArgumentError(f"share must be from 0 to 1 [-], got {self.share!r}")
         return np.asarray(np.quantile(np.abs(values), self.share, axis=-1))
 
 
