@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks
+from ..base.prefixes import format_range
+from ..report.document import Picture
 from ..scene.columns import plain_words
 from .axes import COLORS, abscissa_of, distinct_colors, line_style, new_axes, unit_scale
 from .labels import legend_above_the_data, set_labels, set_x_label, with_unit, words_of
@@ -36,8 +38,21 @@ _HATCHES = {
     "not resolved": "///",
     "undersampled": "xx",
 }
+THIN = 0.1
+"""Width of a band relative to the range of the motion below which it is shown as a deviation [-]."""
 # Areas with more corners than this are drawn as pixels in vector files.
 _MOST_CORNERS = 4000
+
+
+def band_picture(band: Band) -> Picture:
+    """A band for reports and notebooks; as a deviation where it would look like a line."""
+    deviation = bool(band.max_width < THIN * np.ptp(band.nominal))
+    reach = format_range((float(band.lower.min()), float(band.upper.max())), band.unit)
+    return Picture(
+        f"Band of {band.name} against time with the nominal run, {reach}, {band.verdict}.",
+        lambda ax: plot_band(band, ax=ax, deviation=deviation),
+        name=f"band_{band.name}",
+    )
 
 
 def plot_band(

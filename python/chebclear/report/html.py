@@ -39,6 +39,19 @@ for (const one of document.querySelectorAll(".player")) {
 """
 
 
+if TYPE_CHECKING:
+    _Path = Path
+else:
+    _Path = type(Path())  # Python 3.11 derives only from the kind of path of its system
+
+
+class ReportFile(_Path):
+    """The path of a report, which notebooks show as the report itself."""
+
+    def _repr_html_(self) -> str:
+        return framed(self.read_text(encoding="utf-8"), self.name)
+
+
 def as_html(document: Document, pictures: Path | None = None) -> str:
     """The text of the file.
 
@@ -88,7 +101,9 @@ def framed(page: str, title: str) -> str:
         What it shows, for readers who cannot see it.
     """
     style = "width: 100%; height: 36rem; border: 0"
-    return str(element("iframe", "", title=title, srcdoc=page, sandbox="allow-scripts", style=style))
+    return str(
+        element("iframe", "", title=title, srcdoc=page, sandbox="allow-scripts allow-downloads", style=style)
+    )
 
 
 def page_with_player(package: str, template: str, script: str) -> str:
@@ -175,7 +190,7 @@ def write(document: Document, path: str | os.PathLike[str], pictures: Path | Non
     text = as_html(document, pictures)
     with replaced(path) as beside:
         beside.write_text(text, encoding="utf-8")
-    return path
+    return ReportFile(path)
 
 
 def _files(document: Document, folder: Path | None) -> dict[str, Path]:

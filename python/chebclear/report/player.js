@@ -280,8 +280,9 @@ function playFilm(root, film, moved = () => {}) {
     const focused = [...root.querySelectorAll("input, button")].indexOf(document.activeElement);
     root.replaceChildren(element("div", {class: "stage"}, ...parts), ...bar);
     if (focused >= 0) root.querySelectorAll("input, button")[focused]?.focus();
+    frame = Math.min(frame, last());
     layOut();
-    show(Math.min(frame, last()));
+    redraw();
   }
   new ResizeObserver(layOut).observe(root);
   window.addEventListener("resize", layOut);  // of a root without a box of its own
@@ -289,6 +290,7 @@ function playFilm(root, film, moved = () => {}) {
   if (film.starts && !window.matchMedia("(prefers-reduced-motion: reduce)").matches) play();
   return {show, stop, update(next) {
     if (next.charts.length !== film.charts.length) chosen = deviations = null;
+    if (next.at.at(-1) !== film.at.at(-1)) span = null;
     film = next;
     closeUps = film.panels.map((_, n) => closeUps[n]);
     build();

@@ -17,10 +17,9 @@ from ..base.shown import in_a_sentence
 from ..base.units import units
 from ..plots.animation.film import outputs_film
 from ..plots.drawing.pose import pose_columns
-from ..plots.drawing.scene import plot_scene
+from ..plots.drawing.scene import mechanism_picture
 from ..report.document import Block, Document, Items, Listing, Moving, Picture, Section, Table
 from ..scene.columns import column_unit
-from ..scene.parts import joints_with_play
 from ..scene.scene import Scene
 from ..scene.usual import usual_outputs
 from .settings import Settings
@@ -34,6 +33,8 @@ Array = NDArray[np.float64]
 
 MOST_PICTURES = 6
 """Most outputs that are drawn by default [-]."""
+# Outputs that are drawn in a notebook [-].
+_FEW = 2
 
 
 def run_document(run: Trajectory, outputs: Sequence[str] | None, title: str | None) -> Document:
@@ -156,6 +157,13 @@ def _extremes_table(run: Trajectory, extremes: Sequence[tuple[str, str, Any, Any
     return Table("Extremes of the continuous motion, not of the samples", head, rows)
 
 
+def notebook_blocks(run: Trajectory) -> list[Block]:
+    """What notebooks show of a run: a few of its outputs, and the ranges of all."""
+    shown = outputs_to_show(run.scene, run.columns, run.settings.outputs or ())[:_FEW]
+    curves = [Picture(f"{name} of the run against time.", partial(_curve, run, name)) for name in shown]
+    return [*curves, columns_table(run)]
+
+
 def columns_table(run: Trajectory) -> Table:
     """Every column with the range of its samples."""
     rows = []
@@ -185,23 +193,6 @@ def _contacts_table(run: Trajectory) -> Table:
         )
     head = ["joint", "contacts", "fastest impact", "largest force", "at"]
     return Table("Contacts in the sampled time", head, rows)
-
-
-def mechanism_picture(scene: Scene) -> Picture:
-    """The mechanism at its start."""
-    loose = [joint.name for joint in joints_with_play(scene.joints)]
-    bodies = f"{len(scene.bodies)} {'body' if len(scene.bodies) == 1 else 'bodies'}"
-    play = f"clearance at {', '.join(loose)}" if loose else "no clearance"
-    return Picture(
-        f"Drawing of the mechanism with {bodies} and {play}.",
-        partial(_mechanism, scene),
-        height=2.8,
-        caption="The mechanism at its start.",
-    )
-
-
-def _mechanism(scene: Scene, ax: Axes) -> None:
-    plot_scene(scene, ax=ax)
 
 
 def costs_table(stats: Sequence[Any]) -> Table:

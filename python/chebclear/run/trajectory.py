@@ -35,6 +35,8 @@ from .tracking import settling_time, simulate_features
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ..plots.animation.animate import Animation
+
 Array = NDArray[np.float64]
 
 # Fields of an error estimate in a file.
@@ -212,9 +214,9 @@ class Trajectory(WithNotices, WithSignals, records.Saved, Exports, Named[Array],
     def _repr_html_(self) -> str:
         # Here and below: what reports and drawings import is a tenth of the time of an import.
         from ..report import html
-        from .report import columns_table
+        from .report import notebook_blocks
 
-        return html.fragment(repr(self)[1:-1], [columns_table(self)])
+        return html.fragment(repr(self)[1:-1], notebook_blocks(self))
 
     def __repr__(self) -> str:
         size = f"{len(self.columns)} columns of {len(self.t)} samples"
@@ -358,6 +360,12 @@ class Trajectory(WithNotices, WithSignals, records.Saved, Exports, Named[Array],
         from ..plots.runs import plot_trajectory
 
         return plot_trajectory(self, columns if isinstance(columns, str) else list(columns), ax=ax, **options)
+
+    def animate(self, output: str | None = None, **options: Any) -> Animation:
+        """The run in motion, for notebooks and files; `chebclear.animate` has the options."""
+        from ..plots.animation.animate import animate
+
+        return animate(self, output, **options)
 
     def report(
         self,

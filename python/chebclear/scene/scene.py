@@ -132,7 +132,15 @@ class Scene(Part):
     start: Sequence[Start] = ()
 
     def _repr_html_(self) -> str:
-        return html.fragment("", [Listing("scene", self.describe(), repr(self)[1:-1])])
+        # Pictures stand above scenes: only a notebook asks from here for one.
+        from ..plots.drawing.scene import mechanism_picture
+
+        words = Listing("scene", self.describe(), repr(self)[1:-1])
+        try:
+            self.check()
+        except SceneError:  # described with its problems
+            return html.fragment("", [words])
+        return html.fragment("", [mechanism_picture(self), words])
 
     def __repr__(self) -> str:
         return summarize_scene(self)

@@ -181,7 +181,10 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
         return found.ranking()
 
     def _repr_html_(self) -> str:
-        return html.fragment(repr(self)[1:-1], [verdict_table(self)] if self.bands else [])
+        from ..plots.bands import band_picture
+
+        pictures = [band_picture(band) for band in list(self.bands.values())[:2]]
+        return html.fragment(repr(self)[1:-1], [verdict_table(self), *pictures] if pictures else [])
 
     def __repr__(self) -> str:
         how = self.kind

@@ -17,9 +17,12 @@ from numpy.typing import NDArray
 
 from ..base.arguments import did_you_mean
 from ..base.quantities import Interval
-from ..base.units import si_unit
+from ..base.units import si_unit, written
 from ..base.writing import named, replaced
 from ..errors import ArgumentError, ArgumentTypeError, Problem, SceneError, UnknownNameError
+from ..plots.drawing.scene import mechanism_picture
+from ..report import html
+from ..report.document import Cell, Table
 from ..run.features import Feature
 from ..run.simulation import simulate
 from ..run.trajectory import Trajectory
@@ -121,6 +124,17 @@ class Template:
             f"{name} in [{side.lower:g}, {side.upper:g}]" for name, side in self.intervals.items()
         )
         return f"<Template{title}: {len(self.parameters)} parameters{'; ' if sides else ''}{sides}>"
+
+    def _repr_html_(self) -> str:
+        rows: list[list[Cell]] = []
+        for name, one in self.parameters.items():
+            values = [
+                self.values()[name],
+                *([one.interval.lower, one.interval.upper] if one.interval else []),
+            ]
+            rows.append([name, *([written(value, one.unit) for value in values] + ["", ""])[:3], one.note])
+        table = Table("The parameters", ["parameter", "nominal", "from", "to", "note"], rows)
+        return html.fragment(repr(self)[1:-1], [mechanism_picture(self.scene()), table])
 
     def __eq__(self, other: object) -> bool:
         return self.source == other.source if isinstance(other, Template) else NotImplemented

@@ -6,8 +6,9 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ..plots.costs import plot_tradeoff
+from ..plots.drawing.scene import mechanism_picture
 from ..report.document import Document, Picture, Section, Table, Text
-from ..run.report import mechanism_picture, reproduction, run_script, version_fact, warnings_section
+from ..run.report import reproduction, run_script, version_fact, warnings_section
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

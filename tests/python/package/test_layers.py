@@ -1,7 +1,8 @@
 """Imports between rooms go one way, in Python and in Rust; outside libraries stay where they belong.
 
 A room is a folder, or a single file beside the folders. Every import counts, inside functions too. Only those
-for type checkers do not, so that pictures and reports can name what they show.
+for type checkers do not, so that pictures and reports can name what they show, nor those of `_repr_html_`, so
+that a scene can be drawn in a notebook.
 """
 
 import ast
@@ -78,12 +79,15 @@ def python_room(path):
 
 
 class _Runs(ast.NodeTransformer):
-    """Takes away what only type checkers read."""
+    """Takes away what only type checkers read, and what only a notebook that shows a result asks for."""
 
     def visit_If(self, node):
         if isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
             return None
         return self.generic_visit(node)
+
+    def visit_FunctionDef(self, node):
+        return None if node.name == "_repr_html_" else self.generic_visit(node)
 
 
 def running(text):
@@ -292,6 +296,8 @@ import chebclear.plots
 from chebclear import report
 if TYPE_CHECKING:
     from ..cli import main
+def _repr_html_(self):
+    from ..plots.drawing.scene import mechanism_picture
 def draw():
     from matplotlib import pyplot
     from .settings import Settings

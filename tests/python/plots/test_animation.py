@@ -170,7 +170,7 @@ def test_a_gif_has_all_frames(run, tmp_path):
     # In a notebook the page plays in a frame of its own, whose scripts cannot reach the notebook.
     shown = animation._repr_html_()
     assert shown.startswith('<iframe title="Mechanism of crank, rod, ram"') and "<script" not in shown
-    assert 'sandbox="allow-scripts"' in shown
+    assert 'sandbox="allow-scripts allow-downloads"' in shown
 
 
 @pytest.mark.parametrize("suffix", [".html", ".gif"])

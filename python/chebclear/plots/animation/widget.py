@@ -10,9 +10,11 @@ from ...report.film import Film, player, player_style
 
 _RENDER = """
 export default { render({ model, el }) {
-  const shown = playFilm(el, JSON.parse(model.get("film")), frame => {
+  const film = JSON.parse(model.get("film"));
+  const shown = playFilm(el, {...film, starts: false}, frame => {
     if (model.get("frame") !== frame) { model.set("frame", frame); model.save_changes(); }
   });
+  shown.show(model.get("frame"));
   model.on("change:frame", () => shown.show(model.get("frame")));
   return shown.stop;
 } };

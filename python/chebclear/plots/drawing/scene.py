@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ...base.arguments import Checks
 from ...errors import ArgumentError
+from ...report.document import Picture
 from ...scene.columns import plain_words
 from ...scene.parts import joints_with_play
 from ...scene.scene import Gravity, Scene
@@ -136,6 +137,19 @@ def plot_scene(
     if labels:
         _label_parts(ax, pen)
     return ax
+
+
+def mechanism_picture(scene: Scene) -> Picture:
+    """The mechanism at its start, for reports and notebooks."""
+    loose = [joint.name for joint in joints_with_play(scene.joints)]
+    bodies = f"{len(scene.bodies)} {'body' if len(scene.bodies) == 1 else 'bodies'}"
+    play = f"clearance at {', '.join(loose)}" if loose else "no clearance"
+    return Picture(
+        f"Drawing of the mechanism with {bodies} and {play}.",
+        lambda ax: plot_scene(scene, ax=ax),
+        height=2.8,
+        caption="The mechanism at its start.",
+    )
 
 
 def plot_poses(scene: Scene, poses: Sequence[Array], *, ax: Axes | None = None) -> Axes:

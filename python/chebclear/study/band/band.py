@@ -16,6 +16,7 @@ from ...base import files as records
 from ...base.arguments import Checks
 from ...base.units import unit
 from ...errors import ArgumentError, warn
+from ...report import html
 from ...scene.distributions import Distribution
 from ...scene.scene import Interval
 from ..polynomials.sensitivity import VarianceShares, variance_shares
@@ -112,6 +113,11 @@ class Band(records.ArrayRecord):
 
     def __repr__(self) -> str:
         return f"<Band of {self.name}: {len(self.t)} samples, largest width {self.max_width:.6g}>"
+
+    def _repr_html_(self) -> str:
+        from ...plots.bands import band_picture
+
+        return html.fragment(f"{repr(self)[1:-1]}, {self.verdict}", [band_picture(self)])
 
     @property
     def width(self) -> Array:
@@ -437,19 +443,7 @@ class Band(records.ArrayRecord):
         )
 
     def plot(self, *, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw the band; see `plot_band` for the options.
-
-        Parameters
-        ----------
-        ax : Axes, optional
-            Where to draw; a new figure if not given.
-        **options
-            Passed to `plot_band`.
-
-        Returns
-        -------
-        Axes
-        """
+        """Draw the band on `ax`, or in a new figure; `plot_band` has the options."""
         from ...plots.bands import plot_band
 
         return plot_band(self, ax=ax, **options)

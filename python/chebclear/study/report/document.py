@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from ...base.prefixes import format_exact, format_quantity, format_range
 from ...base.shown import in_a_sentence
+from ...plots.bands import band_picture
+from ...plots.drawing.scene import mechanism_picture
 from ...report.document import Block, Cell, Document, Items, Moving, Picture, Section, Table, Text, Verdict
-from ...run.report import costs_table, mechanism_picture, reproduction, version_fact, warnings_section
+from ...run.report import costs_table, reproduction, version_fact, warnings_section
 from ...scene.scene import Interval
 from ..band.band import Band
 from ..band.margin import percent
@@ -27,8 +29,8 @@ from .answer import (
     unknown,
     unproven,
 )
-from .extent import at_samples, extent
-from .film import THIN, study_film
+from .extent import extent
+from .film import study_film
 from .ranking import feature_section
 from .script import study_listings
 
@@ -159,15 +161,7 @@ def verdict_table(result: StudyResult) -> Table:
 def _band_blocks(result: StudyResult) -> list[Block]:
     """The table of verdicts, and every band."""
     blocks: list[Block] = [Items([reach_of(result, band) for band in result.bands.values()])]
-    for name, band in result.bands.items():
-        reach = format_range(at_samples(band), band.unit)
-        blocks.append(
-            Picture(
-                f"Band of {name} against time with the nominal run, {reach}, {band.verdict}.",
-                partial(_band, band),
-                name=f"band_{name}",
-            )
-        )
+    blocks += map(band_picture, result.bands.values())
     return blocks
 
 
@@ -188,11 +182,6 @@ def _shares(result: StudyResult, conformance: Conformance) -> Section:
 
 def _share(share: Share, ax: Axes) -> None:
     share.plot(ax=ax)
-
-
-def _band(band: Band, ax: Axes) -> None:
-    # A band that is thin against the motion would look like a line.
-    band.plot(ax=ax, deviation=bool(band.max_width < THIN * np.ptp(band.nominal)))
 
 
 def _worst_cases(result: StudyResult) -> Table:

@@ -19,6 +19,7 @@ from ...plots.animation.film import (
     time_axis,
 )
 from ...plots.animation.motion import moving_mechanism
+from ...plots.bands import THIN
 from ...plots.drawing.pose import pose_columns, simulated_poses
 from ...report.film import Film, Panel, chart
 from ...run.simulation import simulate
@@ -31,8 +32,6 @@ Array = NDArray[np.float64]
 
 # Bands that can be shown [-]; all are among the details.
 _MOST_CHARTS = 12
-THIN = 0.1
-"""Width of a band relative to the range of the motion below which it is shown as a deviation [-]."""
 
 
 def study_film(result: StudyResult) -> Film:
