@@ -8,6 +8,7 @@ linkage is read in the position in which it is.
 from __future__ import annotations
 
 import cmath
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -80,8 +81,7 @@ def _point(read: Linkage, name: str, first: str, second: str, distance: float, a
 def of_mechanism(values: Mapping[str, Any]) -> Linkage:
     """A mechanism as pylinkage writes it to JSON."""
     read = Linkage(str(values.get("name", "")))
-    joints = {str(joint.get("id")): joint for joint in _tables(read, values, "joints")}
-    links = {str(link.get("id")): link for link in _tables(read, values, "links")}
+    joints, links = _tables(read, values, "joints"), _tables(read, values, "links")
     kinds = {pin: joint.get("type", "revolute") for pin, joint in joints.items()}
     for link in links.values():
         fixed = link.get("joints", []) if link.get("type") == "ground" else [link.get("motor_joint")]
@@ -96,60 +96,67 @@ def of_mechanism(values: Mapping[str, Any]) -> Linkage:
             places[pin] = _place(read, f"joints.{pin}.position", joint.get("position"))
     read.ground = {pin: place for pin, place in places.items() if kinds[pin] == "ground"}
     for name, link in links.items():
-        _read_link(read, name, link, places)
+        _read_link(read, name, link, places, kinds)
     read.finish()
     for pin, joint in joints.items():
+        path = f"joints.{pin}"
         if kinds[pin] == "prismatic":
-            along, point = (
-                joint.get(key, default) for key, default in (("axis", [1, 0]), ("line_point", [0, 0]))
-            )
-            axis = _place(read, f"joints.{pin}.axis", along)
-            read.slots.append(Slot(pin, "ground", _place(read, f"joints.{pin}.line_point", point), axis))
+            along = _place(read, f"{path}.axis", joint.get("axis", [1.0, 0.0]))
+            point = _place(read, f"{path}.line_point", joint.get("line_point", [0.0, 0.0]))
+            read.slots.append(Slot(pin, "ground", point, along))
         elif kinds[pin] == "tracker":
-            numbers = [as_number(joint.get(key, 0.0)) or 0.0 for key in ("distance", "angle")]
-            _point(read, pin, str(joint.get("ref_joint1_id")), str(joint.get("ref_joint2_id")), *numbers)
+            ends = (str(joint.get("ref_joint1_id")), str(joint.get("ref_joint2_id")))
+            polar = _place(read, path, [joint.get("distance", 0.0), joint.get("angle", 0.0)])
+            _point(read, pin, *ends, polar.real, polar.imag)
     return read
 
 
-def _read_link(read: Linkage, name: str, link: Mapping[str, Any], places: Mapping[str, complex]) -> None:
-    kind, pins = link.get("type", "link"), [pin for pin in link.get("joints", []) if pin in places]
-    path = f"links.{name}"
+def _read_link(
+    read: Linkage, name: str, link: Mapping[str, Any], places: Mapping[str, complex], kinds: Mapping[str, str]
+) -> None:
+    kind, path = link.get("type", "link"), f"links.{name}"
+    pins = [pin for pin in link.get("joints", []) if kinds.get(pin) != "tracker"]
+    motor, start = link.get("motor_joint"), link.get("initial_angle", 0.0)
     if kind == "ground":
         return
     if kind not in ("link", "driver"):
         read.refuse(path, f'has the type "{kind}", for which there is no part in a scene')
-    elif len(pins) < 2:
-        read.refuse(path, "must have two joints or more")
-    elif kind == "driver" and (len(pins) != 2 or link.get("motor_joint") not in pins):
-        read.refuse(path, "is driven and must have two joints, one of them its motor_joint")
-    elif kind == "driver" and read.crank is not None:
-        read.refuse(path, "is a second driver: one is read")
-    else:
-        if kind == "driver":
-            pins.sort(key=lambda pin: pin != link["motor_joint"])
-            read.crank = (name, pins[0])
+    elif len(pins) < 2 or not places.keys() >= set(pins):
+        read.refuse(path, "must have two joints or more, which are in the list of joints")
+    elif kind == "link":
         read.links[name] = Link.through(name, {pin: places[pin] for pin in pins})
-        start = as_number(link.get("initial_angle", 0.0))
-        if (
-            kind == "driver"
-            and start is not None
-            and abs(cmath.rect(1.0, start - read.links[name].angle) - 1) > 1e-9
-        ):
+    elif len(pins) != 2 or motor not in pins or read.crank is not None:
+        read.refuse(path, "is driven: one such link is read, of two joints, one of them its motor_joint")
+    else:
+        pins.sort(key=lambda pin: pin != motor)
+        read.links[name] = Link.through(name, {pin: places[pin] for pin in pins})
+        read.crank = (name, pins[0])
+        turn = _place(read, path, [start, 0.0]).real - read.links[name].angle
+        if abs(cmath.rect(1.0, turn) - 1.0) > 1e-9:
             read.refuse(path, "is not drawn at its initial_angle: save the mechanism at its start")
 
 
-def _tables(read: Linkage, values: Mapping[str, Any], name: str) -> list[Mapping[str, Any]]:
-    """The entries of a list."""
+def _tables(read: Linkage, values: Mapping[str, Any], name: str) -> dict[str, Mapping[str, Any]]:
+    """The entries of a list by their names, if all that they name are texts."""
     found = values.get(name)
-    if isinstance(found, list) and all(isinstance(one, Mapping) and "id" in one for one in found):
-        return found
-    read.refuse(name, "must be a list of tables with an id, as mechanism_to_json of pylinkage writes it")
-    raise SceneError(read.problems)
+    for one in found if isinstance(found, list) else [None]:
+        given = one if isinstance(one, Mapping) else {}
+        more = given.get("joints", [])
+        names = [given.get("id"), given.get("type", ""), given.get("motor_joint", "")]
+        if not isinstance(more, list) or not all(isinstance(text, str) for text in names + more):
+            read.refuse(
+                name, "must be a list of tables with an id, as mechanism_to_json of pylinkage writes it"
+            )
+            raise SceneError(read.problems)
+    return {one["id"]: one for one in found or []}
 
 
 def _place(read: Linkage, path: str, pair: Any) -> complex:
-    numbers = [as_number(one) for one in pair] if isinstance(pair, list) and len(pair) == 2 else [None]
-    if None in numbers:
-        read.refuse(path, f"must be two numbers, got {pair!r:.80}")
-        return 0j
-    return complex(*(number or 0.0 for number in numbers))
+    numbers = (
+        [as_number(one) for one in pair] if isinstance(pair, (list, tuple)) and len(pair) == 2 else [None]
+    )
+    known = [number for number in numbers if number is not None and math.isfinite(number)]
+    if len(known) == 2:
+        return complex(*known)
+    read.refuse(path, f"must be two finite numbers, got {pair!r:.80}")
+    return 0j
