@@ -16,6 +16,7 @@ from .decisions.identification import identify as identify
 from .decisions.lost_motion import lost_motion as lost_motion
 from .decisions.measured import load_measured as load_measured
 from .decisions.modes import modes as modes
+from .decisions.rare import rare_share as rare_share
 from .errors import (
     ChebclearError as ChebclearError,
     ChebclearWarning as ChebclearWarning,

@@ -5,6 +5,7 @@ from .decisions.identification import Identification
 from .decisions.lost_motion import LostMotion
 from .decisions.measured import Agreement, Measured
 from .decisions.modes import Modes
+from .decisions.rare import RareShare
 from .execution.failures import FailedRun
 from .execution.plan import Plan
 from .run.accuracy import ErrorEstimate
@@ -73,6 +74,7 @@ __all__ = [
     "QuantileBand",
     "Rank",
     "Ranking",
+    "RareShare",
     "Recommendation",
     "Resonance",
     "RestraintZones",

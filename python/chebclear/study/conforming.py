@@ -429,7 +429,7 @@ def extremes_of(runs: Runs, name: str, one: Specification, watched: Watched, poi
             least = math.ceil(turned * LEAST_STEPS * (len(runs.t) - 1)) + 1
             raise ArgumentError(
                 f'specifications["{name}"]: the samples are too coarse for a crank angle, the crank turns by '
-                f"up to {360.0 * turned:.3g} deg between them: give the study samples={least}"
+                f"up to {360.0 * turned:.3g} deg between them; it takes {least} samples"
             )
         for row, angle, own in zip(runs.kept, angles, values, strict=True):
             passings = at_angle(runs.t, angle, own, one.angle)

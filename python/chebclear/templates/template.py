@@ -318,8 +318,13 @@ class Template:
         drawn |= {name: one.distribution for name, one in self.parameters.items() if one.distribution}
         # Without distributions there are no shares.
         required = self.requirements if any(one.distribution for one in self.parameters.values()) else None
-        given = {"features": features, "requirements": required} | dict(self.run)
-        return Study(self, drawn, **(given | options))
+        given: dict[str, Any] = {"features": features, "requirements": required} | dict(self.run) | options
+        if required and isinstance(given["features"], Mapping):
+            # Other features do not replace those that are required.
+            kept = {one.quantity for one in required.values()}
+            own = {name: one for name, one in self.features.items() if name in kept}
+            given["features"] = own | dict(given["features"])
+        return Study(self, drawn, **given)
 
     def conformance(
         self,
