@@ -203,7 +203,14 @@ def rare_share(
         others = np.concatenate([others, points[:used][~is_near[:used]]])[: max(2, count // 10)]
         made, pieces = made + used, pieces + 1
     watching = replace(watching, execution=replace(watching.execution, max_seconds=None))
-    outside, missed = (_outside(watching, name, one, own, points) for points in (near, others))
+    try:
+        missed = _outside(watching, name, one, own, others)
+    except AllFailedError as error:
+        raise error.first from None
+    try:
+        outside = _outside(watching, name, one, own, near)
+    except AllFailedError:  # which is no wonder where mechanisms cannot be assembled any more
+        outside = len(near)
     return RareShare(one, made, len(near), outside, len(others), missed, margin, level, seed)
 
 
@@ -253,9 +260,6 @@ def _outside(watching: Runner, name: str, one: Specification, own: Watched, poin
     """How many of the mechanisms are outside."""
     if not len(points):
         return 0
-    try:
-        made = watching.made(points, watching.settings, midpoint=False)
-    except AllFailedError as error:
-        raise error.first from None
+    made = watching.made(points, watching.settings, midpoint=False)
     issue(made.notices)
     return int(np.count_nonzero(own.is_outside(extremes_of(made, name, one, own, len(points)))))
