@@ -56,7 +56,6 @@ from .scene.scene import (
     TorsionDamper as TorsionDamper,
     TorsionSpring as TorsionSpring,
 )
-from .study.band.band import Band as Band
 from .study.band.zones import restraint_zones as restraint_zones
 from .study.bifurcation import bifurcation as bifurcation
 from .study.comparison import compare as compare

@@ -16,6 +16,7 @@ from .run.signals.spectrum import Spectrum
 from .run.trajectory import EndState, Stats
 from .scene.distributions import Lognormal, Normal, Triangular, Uniform
 from .scene.scene import Inspection
+from .study.band.band import Band
 from .study.band.hybrid import QuantileBand
 from .study.band.margin import Margin
 from .study.band.zones import RestraintZones
@@ -39,6 +40,7 @@ from .tradeoffs.result import Tradeoff
 
 __all__ = [
     "Agreement",
+    "Band",
     "Bifurcation",
     "BoundErrors",
     "Comparison",

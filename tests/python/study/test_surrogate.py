@@ -36,7 +36,7 @@ def band_of(surrogate, t):
     nodes = [degree + 1 for degree in surrogate.degrees]
     points = chebyshev_grid(list(surrogate.intervals.values()), nodes)
     runs = surrogate.evaluate(dict(zip(surrogate.intervals, points.T, strict=True)))
-    return cc.Band(
+    return cc.results.Band(
         "output", t, lower, upper, runs.mean(axis=0), (runs.min(axis=0), runs.max(axis=0)),
         surrogate.intervals, points, runs, surrogate, "resolved", cc.results.Margin("polynomial"),
     )  # fmt: skip

@@ -47,7 +47,7 @@ def band_of(function, degree):
     t = np.arange(float(runs.shape[1]))
     hull = runs.min(axis=0), runs.max(axis=0)
     points = chebyshev_grid(list(PLANE.values()), nodes)
-    return cc.Band(
+    return cc.results.Band(
         "output", t, lower, upper, nominal, hull, PLANE, points, runs, surrogate, word, margin
     )  # fmt: skip
 
@@ -221,7 +221,7 @@ def test_restraint_zones_are_where_the_sensitivity_is_calm():
         surrogate = cc.results.Surrogate(box, (1,), np.stack([0.0 * t, slope]))
         hull = -np.abs(slope), np.abs(slope)
         empty = np.empty((0, 1)), np.empty((0, len(t)))
-        return cc.Band(
+        return cc.results.Band(
             "v", t, *hull, 0.0 * t, hull, box, *empty, surrogate, "resolved", cc.results.Margin("polynomial")
         )  # fmt: skip
 
