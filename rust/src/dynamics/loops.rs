@@ -2,6 +2,8 @@
 //!
 //! A closure keeps two points together; its gap is the distance between them, zero in every exact state.
 
+use std::ops::Range;
+
 use super::Dynamics;
 use crate::numerics::linear::{symmetric_factor, symmetric_solve};
 use crate::tree::elements::Scales;
@@ -30,7 +32,9 @@ const DAMPING: f64 = 3.667e-11;
 /// The closed loops, linear algebra of `[M Eᵀ; E 0]` by its Schur complement; all empty in a tree.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Loops {
-    /// E = ∂(p_b - p_a)/∂z for the free coordinates: two rows a closure.
+    /// For every row all rows of its closure.
+    rows_of: Vec<Range<usize>>,
+    /// E = ∂(p_b - p_a)/∂z for the free coordinates.
     pub(super) e: Vec<f64>,
     /// M⁻¹ Eᵀ, transposed: row r is M⁻¹ (row r of E).
     pub(super) y: Vec<f64>,
@@ -54,8 +58,16 @@ pub(super) struct Loops {
 }
 
 impl Loops {
-    pub(super) fn new(rows: usize, d: usize, columns: usize) -> Self {
+    /// `closures` are the numbers of their rows.
+    pub(super) fn new(closures: impl Iterator<Item = usize>, d: usize, columns: usize) -> Self {
+        let mut rows_of: Vec<Range<usize>> = Vec::new();
+        for count in closures {
+            let first = rows_of.len();
+            rows_of.extend(vec![first..first + count; count]);
+        }
+        let rows = rows_of.len();
         Self {
+            rows_of,
             e: vec![0.0; rows * d],
             y: vec![0.0; rows * d],
             s: vec![0.0; rows * rows],
@@ -134,7 +146,7 @@ impl Loops {
         }
         let regular = symmetric_factor(&mut self.s, rows);
         self.nearly_dependent = false;
-        if regular && (0..rows).all(|r| is_strong(&self.s, &self.scratch, r)) {
+        if regular && (0..rows).all(|r| self.is_strong(&self.s, &self.scratch, r)) {
             return true;
         }
         self.undamped = None;
@@ -143,11 +155,11 @@ impl Loops {
             return regular;
         }
         self.nearly_dependent = true;
-        self.weakest_pivot = if regular { weakest_pivot(&self.s, &self.scratch) } else { 0.0 };
+        self.weakest_pivot = if regular { self.find_weakest_pivot() } else { 0.0 };
         self.undamped = regular.then(|| self.s.clone());
         self.write_schur_complement(d);
         for r in 0..rows {
-            self.damping[r] = DAMPING * accelerance(&self.scratch, r);
+            self.damping[r] = DAMPING * self.accelerance(&self.scratch, r);
             self.s[r * rows + r] += self.damping[r];
         }
         symmetric_factor(&mut self.s, rows)
@@ -165,26 +177,29 @@ impl Loops {
             }
         }
         let diagonal: Vec<f64> = (0..rows).map(|r| gram[r * rows + r]).collect();
-        symmetric_factor(&mut gram, rows) && (0..rows).all(|r| is_strong(&gram, &diagonal, r))
+        symmetric_factor(&mut gram, rows) && (0..rows).all(|r| self.is_strong(&gram, &diagonal, r))
     }
-}
 
-/// Sum of the diagonal entries of the closure of a row. Unlike one of them it does not depend on the axes.
-fn accelerance(diagonal: &[f64], row: usize) -> f64 {
-    diagonal[row & !1] + diagonal[row | 1]
-}
+    /// Sum of the diagonal entries of the closure of a row. Unlike one of them it does not depend on the axes.
+    #[inline]
+    fn accelerance(&self, diagonal: &[f64], row: usize) -> f64 {
+        diagonal[self.rows_of[row].clone()].iter().sum()
+    }
 
-/// Whether the pivot of a row is above [`NEARLY_DEPENDENT`].
-fn is_strong(factor: &[f64], diagonal: &[f64], row: usize) -> bool {
-    // The factor holds inverse pivots.
-    NEARLY_DEPENDENT * factor[row * diagonal.len() + row] * accelerance(diagonal, row) <= 1.0
-}
+    /// Whether the pivot of a row is above [`NEARLY_DEPENDENT`].
+    #[inline]
+    fn is_strong(&self, factor: &[f64], diagonal: &[f64], row: usize) -> bool {
+        // The factor holds inverse pivots.
+        NEARLY_DEPENDENT * factor[row * diagonal.len() + row] * self.accelerance(diagonal, row) <= 1.0
+    }
 
-/// Smallest pivot of a factor relative to the accelerance of its closure.
-fn weakest_pivot(factor: &[f64], diagonal: &[f64]) -> f64 {
-    let rows = diagonal.len();
-    let pivots = (0..rows).map(|r| 1.0 / (factor[r * rows + r] * accelerance(diagonal, r)));
-    pivots.fold(f64::INFINITY, f64::min)
+    /// Smallest pivot of the factor of S relative to the accelerance of its closure, whose diagonal is in the scratch
+    /// memory.
+    fn find_weakest_pivot(&self) -> f64 {
+        let rows = self.right.len();
+        let pivots = (0..rows).map(|r| 1.0 / (self.s[r * rows + r] * self.accelerance(&self.scratch, r)));
+        pivots.fold(f64::INFINITY, f64::min)
+    }
 }
 
 /// Size of a projection onto the loop closures. Coordinates are multiplied by their levers: the largest
@@ -266,7 +281,7 @@ impl Dynamics<'_> {
     pub fn project(&mut self, t: f64, q: &mut [f64], v: &mut [f64], scales: &Scales) -> Option<Correction> {
         let mut correction =
             Correction { rounded_position: true, rounded_velocity: true, ..Correction::default() };
-        let mut closed = self.tree.closures.is_empty();
+        let mut closed = !self.tree.has_loops();
         let mut a = std::mem::take(&mut self.scratch);
         for _ in 0..PROJECTIONS {
             if closed || !self.acceleration(t, q, v, &mut a) {

@@ -106,9 +106,9 @@ impl<'m> Dynamics<'m> {
             composites,
             residual_q: vec![0.0; d * columns],
             residual_v: vec![0.0; d * columns],
-            residual_t: vec![0.0; d + 2 * tree.closures.len()],
+            residual_t: vec![0.0; d + tree.closed_rows().sum::<usize>()],
             pair_columns: vec![PairColumn::default(); columns],
-            loops: Loops::new(2 * tree.closures.len(), d, columns),
+            loops: Loops::new(tree.closed_rows(), d, columns),
             scratch: vec![0.0; d],
             contacts: vec![SlotContact::UNKNOWN; tree.slots.len()],
             reactions: vec![Wrench::default(); tree.ideal_joints.len()],
@@ -233,7 +233,7 @@ impl<'m> Dynamics<'m> {
             return false;
         }
         self.composites.solve(&self.mass, a);
-        (self.tree.closures.is_empty() || self.close_accelerations(a)) && a.iter().all(|a| a.is_finite())
+        (!self.tree.has_loops() || self.close_accelerations(a)) && a.iter().all(|a| a.is_finite())
     }
 
     /// Column of the velocity transformation B (displacement and rotation per unit of a coordinate) for a

@@ -255,7 +255,7 @@ fn check_mobility(
 
 /// Addition to an error message where the loops have more equations than there are free coordinates.
 fn excess(tree: &Tree) -> String {
-    let (free, equations) = (tree.free.len(), 2 * tree.closures.len());
+    let (free, equations) = (tree.free.len(), tree.closed_rows().sum::<usize>());
     if equations <= free {
         return String::new();
     }

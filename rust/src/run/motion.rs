@@ -98,8 +98,7 @@ impl<'a> Motion<'a> {
     pub(crate) fn state_inside(&mut self, step: &DenseStep, t: f64, q: &mut [f64], v: &mut [f64]) {
         let theta = step.part_until(t);
         step.at(theta, q, v);
-        let is_tree = self.mechanism.closures.is_empty();
-        if !is_tree && self.dynamics.project(t, q, v, &self.mechanism.scales).is_none() {
+        if self.mechanism.has_loops() && self.dynamics.project(t, q, v, &self.mechanism.scales).is_none() {
             step.at(theta, q, v);
         }
     }

@@ -307,7 +307,7 @@ impl HybridSystem for System<'_> {
 
     fn project(&mut self, t: f64, q: &mut [f64], v: &mut [f64]) -> Projection {
         let mechanism = self.motion.mechanism;
-        if mechanism.closures.is_empty() {
+        if !mechanism.has_loops() {
             return Projection::Unneeded;
         }
         let Some(correction) = self.motion.dynamics.project(t, q, v, &mechanism.scales) else {

@@ -144,6 +144,9 @@ pub struct Closure {
     pub bodies: [Option<usize>; 2],
 }
 
+/// Equations of a closure: both components of the vector between its points.
+pub const CLOSURE_ROWS: usize = 2;
+
 /// Relative motion that an ideal joint allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IdealKind {
@@ -381,7 +384,17 @@ impl Tree {
 
     /// Degrees of freedom that remain once the loops are closed; the closures are independent.
     pub fn mobility(&self) -> usize {
-        self.free.len().saturating_sub(2 * self.closures.len())
+        self.free.len().saturating_sub(self.closed_rows().sum())
+    }
+
+    /// Equations of every closure, in the order of their rows.
+    pub fn closed_rows(&self) -> impl Iterator<Item = usize> {
+        self.closures.iter().map(|_| CLOSURE_ROWS)
+    }
+
+    /// Whether loops are closed, so that the free coordinates depend on each other.
+    pub fn has_loops(&self) -> bool {
+        !self.closures.is_empty()
     }
 
     /// Whether a spring, a damper or an applied force or torque acts.

@@ -310,7 +310,7 @@ impl Balance {
             let nodes: &[(f64, f64)] =
                 if step.is_short && !motion.counts_work { &GAUSS_OF_SHORT } else { &GAUSS };
             motion.visit_inside(|motion| motion.add_work_of(nodes, step, step.end_time()));
-            if motion.mechanism.closures.is_empty() {
+            if !motion.mechanism.has_loops() {
                 motion.move_to_end(step);
             } else {
                 motion.move_inside(step, step.end_time());
