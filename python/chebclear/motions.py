@@ -1,8 +1,9 @@
-"""Prescribed motions, and functions of time and of the motion for forces and torques."""
+"""Prescribed motions, coupled coordinates, and functions of time and of the motion for forces and torques."""
 
-from .scene.scene import Expression, Harmonic, Motion, Polynomial, Speed, Table
+from .scene.scene import Coupling, Expression, Harmonic, Motion, Polynomial, Speed, Table
 
 __all__ = [
+    "Coupling",
     "Expression",
     "Harmonic",
     "Motion",

@@ -27,6 +27,7 @@ mod tree {
 mod dynamics {
     pub(crate) mod cartesian;
     pub(crate) mod constraints;
+    mod couplings;
     mod expressions;
     mod guides;
     mod loops;

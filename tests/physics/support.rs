@@ -95,6 +95,7 @@ pub fn slider_crank(as_printed: bool) -> Scene {
             angle: 0.0,
         }],
         start: Vec::new(),
+        couplings: Vec::new(),
     }
 }
 

@@ -57,7 +57,8 @@ def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[Not
         return ()
     before, after = (json.loads(each.to_json()) for each in (start.scene, scene))
     for plain in (before, after):
-        plain.pop("start", None)  # the first start does not matter for a continuation
+        if not scene.couplings:  # where wheels are put together by the first start
+            plain.pop("start", None)  # it does not matter for a continuation
     changes = list(_changes("", before, after))
     if not changes:
         return ()
@@ -104,7 +105,7 @@ def _require_whole(scene: Scene, start: EndState, settings: Settings) -> None:
     # Drives first, since jumps of other joints follow from them.
     columns.sort(key=lambda name: name.rpartition(".")[0] not in driven)
     columns += [f"{name}.penetration" for name in facts.clearance_joints if owner_of(name) in clearances]
-    if not columns and not facts.cut_joints:
+    if not columns and not facts.cut_joints and not scene.couplings:
         return
     new = _look(scene, start, settings, columns)
     old = _look(_prolonged(start.scene, (1.0 + _INSTANT) * start.time), start, settings, columns)

@@ -24,6 +24,8 @@ _COLUMNS = {
     "contact": ("-", "contact in"),
     "torque": ("N m", "torque of"),
     "force": ("N", "force of"),
+    "driver_torque": ("N m", "torque on the driver of"),
+    "driver_force": ("N", "force on the driver of"),
     "power": ("W", "power of"),
     "reaction_x": ("N", "x reaction in"),
     "reaction_y": ("N", "y reaction in"),

@@ -93,8 +93,8 @@ def _parts(value: Any) -> tuple[Any, ...]:
 
 
 def _counts(parts: Mapping[str, Sequence[Any]]) -> str:
-    # Initial conditions are optional.
-    counted = {name: found for name, found in parts.items() if found or name != "start"}
+    # Initial conditions and couplings are optional.
+    counted = {name: found for name, found in parts.items() if found or name not in ("start", "couplings")}
     return ", ".join(f"{len(found)} {_plural(name, len(found))}" for name, found in counted.items())
 
 
@@ -209,7 +209,8 @@ def _records(records: Iterable[Any], floors: dict[str, str], slides: Collection[
 
 def _units_at(record: Part, slides: Collection[str]) -> dict[str, str]:
     """Units of a record; where they depend on its joint, as in ``"rad or m"``, the one that applies."""
-    choice = -1 if getattr(record, "joint", None) in slides else 0
+    driven = str(getattr(record, "driven", "")).endswith(".displacement")
+    choice = -1 if driven or getattr(record, "joint", None) in slides else 0
     return {name: unit.split(" or ")[choice] for name, unit in units(type(record)).items()}
 
 
@@ -259,6 +260,8 @@ def _mobility(scene: Scene, facts: Inspection) -> list[str]:
     if closures:
         reason += f" less {2 * len(closures)} equations of {len(closures)} {_plural('loops', len(closures))} "
         reason += "of ideal joints"
+    if scene.couplings:
+        reason += f" less {len(scene.couplings)} {_plural('couplings', len(scene.couplings))}"
     lines = [f"degrees of freedom: {freedom} ({reason})"]
     if freedom == 0:
         lines.append(

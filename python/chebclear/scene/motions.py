@@ -1,4 +1,4 @@
-"""Prescribed motions and initial conditions."""
+"""Prescribed motions, couplings of coordinates, and initial conditions."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from ..base.units import unit
 from .forces import LOADS, Loaded
-from .functions import Load
+from .functions import Expression, Load, Table
 from .schema import Part, Vector
 
 
@@ -60,6 +60,58 @@ class Motion(Loaded):
     name: str
     joint: str
     motion: float | Load = field(metadata=unit("rad or m"))
+
+
+@dataclass(frozen=True)
+class Coupling(Loaded):
+    """A coordinate that follows another one, whatever the forces: gears, a rack, a belt, a cam.
+
+    driven = law(driver) + `offset`, exactly and without play. The coupling exerts what that takes: its
+    outputs are ``torque`` or ``force`` on the driven coordinate, and ``driver_torque`` or ``driver_force`` on
+    the driver.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    driven, driver : str
+        The coordinates, by the names of outputs: the angle of a body or of a revolute joint, or the
+        displacement in a prismatic joint, such as ``"wheel.angle"``, ``"guide.displacement"``.
+    law : float, str, Table or Expression
+        A number is the ratio [driven per driver]: of two gears minus the ratio of their numbers of teeth,
+        positive for an internal gear or an open belt, the pitch radius of a rack's pinion. A table of the
+        driven coordinate over the driver is the cubic spline; over an angle it must be periodic and span a
+        turn or a whole part of it, and in a Geneva drive it ends a whole part of a turn beyond its first
+        value. A text is a formula of the driver, without `if`, `sign`, `abs`, `min`, `max`.
+    carrier : str, optional
+        Body against which the angles count, which are then those of bodies: the arm of a planetary gear, or
+        what holds the two shafts of a belt. A sun that stands still is ``"ground.angle"``.
+    offset : float, optional
+        What is added [rad or m]. If not given it is zero for a table or formula, and for a ratio as the
+        initial angles of the bodies and the start have it: so the wheels were put together.
+
+    Notes
+    -----
+    Between two gears acts the force torque / pitch radius at the pitch point. Here torques act instead, of
+    the same sum, so that motion and drives are right but the reactions of the two bearings lack that force
+    and its radial part. A negative force of a cam says that a follower without a groove would lift off.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> cc.motions.Coupling("mesh", "wheel.angle", "pinion.angle", -20 / 40).law
+    -0.5
+    >>> cc.motions.Coupling("cam", "guide.displacement", "cam.angle", "0.01*(1 - cos(cam.angle))").offset
+    """
+
+    _choices: ClassVar = {"law": (Table, Expression)}
+
+    name: str
+    driven: str
+    driver: str
+    law: float | Table | Expression | str = field(metadata=unit("- or m"))
+    carrier: str | None = None
+    offset: float | None = field(default=None, metadata=unit("rad or m"))
 
 
 @dataclass(frozen=True)

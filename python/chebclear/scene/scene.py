@@ -1,4 +1,4 @@
-"""The scene: bodies, joints, forces and drives as the user writes them.
+"""The scene: bodies, joints, forces, drives and couplings as the user writes them.
 
 Everything here is an immutable record of names and numbers: scenes can be compared, hashed, copied, pickled
 and written to JSON and back without losing a bit. The core checks the content of a scene when it is checked
@@ -59,6 +59,7 @@ from .laws import (
 from .motions import (
     BodyStart as BodyStart,
     ClearanceStart as ClearanceStart,
+    Coupling as Coupling,
     GuideStart as GuideStart,
     JointStart as JointStart,
     Motion as Motion,
@@ -104,6 +105,8 @@ class Scene(Part):
     start : sequence of JointStart, BodyStart, ClearanceStart or GuideStart
         Initial conditions that do not follow from the joints, the drives and the initial guesses of the
         angles of the bodies.
+    couplings : sequence of Coupling
+        Coordinates that follow others: gears, racks, belts, cams.
 
     Examples
     --------
@@ -122,6 +125,7 @@ class Scene(Part):
         "forces": (Gravity, Spring, Damper, Bushing, TorsionSpring, TorsionDamper, Force, Torque),
         "drives": (Speed, Motion),
         "start": (JointStart, BodyStart, ClearanceStart, GuideStart),
+        "couplings": (Coupling,),
     }
 
     bodies: Sequence[Body]
@@ -130,6 +134,7 @@ class Scene(Part):
     drives: Sequence[Drive] = ()
     ground: Mapping[str, Vector] = field(default_factory=lambda: Points({}), metadata=unit("m"))
     start: Sequence[Start] = ()
+    couplings: Sequence[Coupling] = ()
 
     def _repr_html_(self) -> str:
         # Pictures stand above scenes: only a notebook asks from here for one.

@@ -164,6 +164,7 @@ impl Dynamics<'_> {
             - links.chain(torsions).sum::<f64>()
             - bushings.sum::<f64>()
             - closures.sum::<f64>()
+            - self.coupling_power()
     }
 
     /// Power of a drive [W]; after [`Dynamics::find_reactions`].

@@ -5,9 +5,10 @@
 use std::ops::Range;
 
 use super::Dynamics;
+use super::couplings::CouplingGap;
 use crate::numerics::linear::{symmetric_factor, symmetric_solve};
-use crate::tree::elements::Scales;
-use crate::tree::kinematics::{PointState, Vec2};
+use crate::tree::elements::{CLOSURE_ROWS, Scales};
+use crate::tree::kinematics::Vec2;
 
 /// Most Newton steps of a projection. Two usually suffice; a step of a motion that drives prescribe takes up
 /// to ten.
@@ -219,6 +220,13 @@ pub struct Correction {
     pub nearly_dependent: bool,
 }
 
+/// Positions or velocities.
+#[derive(Clone, Copy, Debug)]
+enum Level {
+    Position,
+    Velocity,
+}
+
 /// What gaps and gap rates may be.
 #[derive(Clone, Copy, Debug)]
 struct Gaps {
@@ -256,6 +264,9 @@ impl Dynamics<'_> {
             self.loops.right[2 * index] = bias.x;
             self.loops.right[2 * index + 1] = bias.y;
         }
+        if !tree.couplings.is_empty() {
+            self.write_coupling_rows(d);
+        }
         let loops = &mut self.loops;
         loops.y.copy_from_slice(&loops.e);
         for row in loops.y.chunks_exact_mut(d.max(1)) {
@@ -264,7 +275,10 @@ impl Dynamics<'_> {
         let weights = |e: &[f64]| {
             let turns = |freedom: usize| tree.frames[tree.free[freedom] + 1].kind.rotation() != 0.0;
             let entries = e.iter().enumerate().filter(|(place, _)| turns(place % d));
+            // Rows of couplings have no arms.
+            let entries = entries.take_while(|(place, _)| place / d < CLOSURE_ROWS * tree.closures.len());
             let arm = entries.map(|(_, entry)| entry.abs()).fold(0.0, f64::max);
+            let arm = if tree.closures.is_empty() { 1.0 } else { arm };
             (0..d).map(|freedom| if turns(freedom) { 1.0 / (arm * arm) } else { 1.0 }).collect()
         };
         if !loops.factor(d, weights) {
@@ -296,7 +310,7 @@ impl Dynamics<'_> {
             let lost = near && self.loops.weakest_pivot < DAMPING;
             correction.nearly_dependent |= near;
             if !(near && closed && (lost || gaps.unknown)) {
-                let moved = self.close(q, &scales.levers, &mut a, !closed, |point| point.position);
+                let moved = self.close(q, &scales.levers, &mut a, !closed, Level::Position);
                 correction.position = correction.position.max(moved);
                 if near {
                     // What moved the positions changes the gap rates.
@@ -308,8 +322,7 @@ impl Dynamics<'_> {
                 correction.rounded_velocity = gaps.rounded_rates;
                 if !(near && (lost || gaps.unknown_rates)) {
                     // The positions changed by rounding alone since the gap rates were found.
-                    correction.velocity =
-                        self.close(v, &scales.levers, &mut a, false, |point| point.velocity);
+                    correction.velocity = self.close(v, &scales.levers, &mut a, false, Level::Velocity);
                 }
             }
         }
@@ -339,11 +352,23 @@ impl Dynamics<'_> {
             (0.0, at(NEARLY_DEPENDENT))
         };
         let all = Gaps { passes, closed: true, unknown: true, unknown_rates: true, rounded_rates: true };
-        self.tree.closures.iter().fold(all, |all, closure| {
+        let closed = self.tree.closures.iter().fold(all, |all, closure| {
             let (a, b) = (self.point(closure.a), self.point(closure.b));
             let (gap, rate) = ((b.position - a.position).amax(), (b.velocity - a.velocity).amax());
             let reach = a.position.amax() + b.position.amax() + size;
             let rounded = ROUNDING * (a.velocity.amax() + b.velocity.amax() + speed);
+            Gaps {
+                passes,
+                closed: all.closed && gap <= ROUNDING * reach,
+                unknown: all.unknown && gap <= ONE_ROUNDING * reach,
+                unknown_rates: all.unknown_rates && rate <= rounded + ONE_ROUNDING * reach * here,
+                rounded_rates: all.rounded_rates && rate <= rounded + ROUNDING * reach * left,
+            }
+        });
+        self.tree.couplings.iter().fold(closed, |all, coupling| {
+            let CouplingGap { gap, rate, reach: [reach, of_rate] } =
+                self.coupling_gap(coupling, [size, speed, scales.length]);
+            let (gap, rate, rounded) = (gap.abs(), rate.abs(), ROUNDING * of_rate);
             Gaps {
                 passes,
                 closed: all.closed && gap <= ROUNDING * reach,
@@ -378,12 +403,23 @@ impl Dynamics<'_> {
         levers: &[f64],
         change: &mut [f64],
         undamped: bool,
-        of: impl Fn(PointState) -> Vec2,
+        level: Level,
     ) -> f64 {
-        for (index, closure) in self.tree.closures.iter().enumerate() {
-            let gap = of(self.point(closure.b)) - of(self.point(closure.a));
+        let tree = self.tree;
+        for (index, closure) in tree.closures.iter().enumerate() {
+            let (a, b) = (self.point(closure.a), self.point(closure.b));
+            let gap = match level {
+                Level::Position => b.position - a.position,
+                Level::Velocity => b.velocity - a.velocity,
+            };
             self.loops.right[2 * index] = gap.x;
             self.loops.right[2 * index + 1] = gap.y;
+        }
+        for (row, coupling) in (CLOSURE_ROWS * tree.closures.len()..).zip(&tree.couplings) {
+            self.loops.right[row] = match level {
+                Level::Position => self.coupling_position(coupling),
+                Level::Velocity => self.coupling_velocity(coupling),
+            };
         }
         change.fill(0.0);
         if undamped {
@@ -427,6 +463,7 @@ impl Dynamics<'_> {
                 }
             }
         }
+        self.add_coupling_derivatives();
     }
 
     /// Adds the contribution of the third time derivative of a driven coordinate to the time derivative of
@@ -443,5 +480,6 @@ impl Dynamics<'_> {
                 }
             }
         }
+        self.add_coupling_jerks(driven, jerk);
     }
 }

@@ -13,6 +13,7 @@
 //! = ∂spin/∂ż` contributes the generalized force `Eᵀ F + S F_t`, whatever the two bodies are.
 
 mod contacts;
+mod couplings;
 mod energy;
 mod forces;
 mod inertia;

@@ -21,7 +21,7 @@ pub struct Wrench {
 
 impl Wrench {
     /// The wrench about the origin of a force at a point and a moment.
-    fn at(point: Vec2, force: Vec2, moment: f64) -> Self {
+    pub(super) fn at(point: Vec2, force: Vec2, moment: f64) -> Self {
         Self { force, moment: moment + point.perp(&force) }
     }
 
@@ -113,6 +113,7 @@ impl Dynamics<'_> {
                 supply(body, Wrench::at(self.point(point).position, sign * force, 0.0));
             }
         }
+        self.each_coupling_load(supply);
     }
 
     /// Force of a loop closure on its second point [N].

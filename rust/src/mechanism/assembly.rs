@@ -8,13 +8,14 @@ use crate::error::{InputError, Problem, Subject};
 use crate::mechanism::branch::differs;
 use crate::mechanism::closing::{Closing, given_angle};
 use crate::mechanism::conditions::{Conditions, column_units};
+use crate::mechanism::couplings::{check_couplings, check_laws, follow_drivers};
 use crate::mechanism::immovable::no_acceleration;
 use crate::mechanism::nearest::{Assembly, EQUAL};
 use crate::mechanism::scales::{contact_scales, levers, speed_from_rest, speed_scale};
 use crate::mechanism::vector_loops::NEGLIGIBLE;
 use crate::numerics::turns::wrap;
 use crate::scene::parts::{Scene, Start, length_scale};
-use crate::tree::elements::{Realization, Scales, State, Tree};
+use crate::tree::elements::{Coupling, Realization, Scales, State, Tree};
 use crate::tree::kinematics::FrameKind;
 
 /// Newton steps after which an assembly fails. A poor initial guess needs about ten; a hundred are needed
@@ -31,6 +32,8 @@ pub(crate) struct Assembled {
     pub(crate) scales: Scales,
     /// The signs of its branch.
     pub(crate) branch: Vec<i8>,
+    /// What is added in every coupling [rad or m].
+    pub(crate) offsets: Vec<f64>,
     /// Says that another assembly is about as near.
     pub(crate) warning: Option<Problem>,
 }
@@ -45,6 +48,7 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<A
     let (q, warning) = match close_nearest(&mut dynamics, scene, &conditions, length, preferred) {
         Ok(closed) => closed,
         Err(residual) => {
+            check_laws(&dynamics)?;
             return Err(Subject::Scene.error(
                 "bodies",
                 format!(
@@ -62,6 +66,10 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<A
             ));
         }
     };
+    dynamics.move_to(0.0, &q, &vec![0.0; d]);
+    check_couplings(&dynamics, length)?;
+    let offset = |coupling: &Coupling| dynamics.coupling_position(coupling) + coupling.offset.unwrap_or(0.0);
+    let offsets = tree.couplings.iter().map(offset).collect();
     let v = close_velocities(&mut dynamics, &conditions, &q, length)?;
     check_directions(tree, &dynamics, length)?;
     dynamics.settle_switches();
@@ -83,10 +91,12 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<A
         start: State { q, v },
         scales: Scales { length, speed, levers, contacts },
         branch,
+        offsets,
         warning,
     })
 }
 
+// Long because the ways to a start and the choice among them belong together.
 /// The coordinates that close the loops nearest to the given angles, with a warning where there are two; otherwise the
 /// gap [m] that remains.
 ///
@@ -99,9 +109,14 @@ fn close_nearest(
     length: f64,
     preferred: &[i8],
 ) -> Result<(Vec<f64>, Option<Problem>), f64> {
-    let guess = initial_guess(dynamics.tree, scene);
+    let mut guess = initial_guess(dynamics.tree, scene);
+    follow_drivers(dynamics, &mut guess);
     let (q, residual) = close_from(dynamics, conditions, &guess, length);
     let closes = |residual: f64| residual <= CLOSED * length;
+    // The search for nearer poses knows of no couplings.
+    if closes(residual) && dynamics.tree.couplings.iter().any(|coupling| coupling.offset.is_some()) {
+        return Ok((q, None));
+    }
     let closing = Closing::new(dynamics, scene, conditions, &guess, length);
     let loops = &closing.loops;
     let unknowns = closing.unknowns(&q);
@@ -259,7 +274,9 @@ fn excess(tree: &Tree) -> String {
     if equations <= free {
         return String::new();
     }
-    let names: Vec<String> = tree.closures.iter().map(|closure| format!("{:?}", closure.name)).collect();
+    let closures = tree.closures.iter().map(|closure| &closure.name);
+    let couplings = tree.couplings.iter().map(|coupling| &coupling.name);
+    let names: Vec<String> = closures.chain(couplings).map(|name| format!("{name:?}")).collect();
     format!(
         "; the loops closed by {} give {equations} equations for {free} free coordinate{}: there is one joint or drive \
          too many",
@@ -312,7 +329,7 @@ fn given_turn(tree: &Tree, scene: &Scene, column: usize) -> Option<f64> {
 const SINGULAR: f64 = 1e-10;
 /// The same for velocities. In a singular configuration positions are known to the square root of
 /// the machine epsilon only, and so is the singular value that vanishes there.
-const SINGULAR_VELOCITY: f64 = 1e-6;
+pub(super) const SINGULAR_VELOCITY: f64 = 1e-6;
 
 /// Least-squares solution of smallest norm; directions with a relative singular value below
 /// `cutoff` are left out.
@@ -419,7 +436,7 @@ fn close_velocities(
     // What the joints demand stands before what the start gives.
     dynamics.move_to(0.0, q, &vec![0.0; q.len()]);
     let (right, jacobian) = conditions.velocities(dynamics, &units, unit);
-    let rates = conditions.given_rates(unit);
+    let rates = conditions.given_rates(tree, unit);
     let rows = |is_given: bool| -> Vec<usize> {
         (0..rates.len()).filter(|&row| rates[row].is_some() == is_given).collect()
     };
@@ -463,7 +480,7 @@ fn close_velocities(
 }
 
 /// Projection onto the directions that some conditions leave free.
-fn free_directions(conditions: DMatrix<f64>) -> DMatrix<f64> {
+pub(super) fn free_directions(conditions: DMatrix<f64>) -> DMatrix<f64> {
     let columns = conditions.ncols();
     let cutoff = SINGULAR_VELOCITY * conditions.amax();
     let mut free = DMatrix::identity(columns, columns);

@@ -39,8 +39,11 @@ impl Mechanism {
     /// Those of [`Mechanism::compile`].
     pub fn compile_on(scene: &Scene, preferred: &[i8]) -> Result<Mechanism, InputError> {
         scene.check()?;
-        let tree = Tree::span(scene)?;
-        let Assembled { start, scales, branch, warning } = assemble(&tree, scene, preferred)?;
+        let mut tree = Tree::span(scene)?;
+        let Assembled { start, scales, branch, offsets, warning } = assemble(&tree, scene, preferred)?;
+        for (coupling, offset) in tree.couplings.iter_mut().zip(offsets) {
+            coupling.offset = Some(offset);
+        }
         let mut warnings = scene.implausible();
         warnings.extend(warning);
         warnings.extend(warning_of_equilibrium(&tree, &start, &scales, scene));

@@ -7,7 +7,7 @@ use crate::dynamics::Dynamics;
 use crate::mechanism::branch::{Group, branch};
 use crate::numerics::turns::wrap;
 use crate::scene::parts::{Scene, Start};
-use crate::tree::elements::{FramePoint, Guide, IdealKind, Realization, Tree};
+use crate::tree::elements::{Coupling, FramePoint, Guide, IdealKind, Realization, Tree};
 use crate::tree::kinematics::{FrameKind, Vec2, perp};
 
 /// Unit of each free coordinate for least squares: 1 rad, or the size of the mechanism rounded to a
@@ -154,6 +154,14 @@ impl Conditions {
         self.coordinates.iter().filter_map(move |one| Some((one, one.wanted(level)?)))
     }
 
+    /// The couplings that demand something: those without an offset leave the positions to the start.
+    fn couplings<'t>(&self, tree: &'t Tree, level: Level) -> impl Iterator<Item = &'t Coupling> {
+        tree.couplings.iter().filter(move |coupling| match level {
+            Level::Position => coupling.offset.is_some(),
+            Level::Velocity => true,
+        })
+    }
+
     /// Row of the first given coordinate among the positions.
     pub(super) fn first_coordinate(&self) -> usize {
         self.rows(Level::Position).len()
@@ -200,6 +208,10 @@ impl Conditions {
             // An angle is satisfied up to full turns.
             residual.push(if one.is_angle { wrap(off).0 } else { off / unit });
         }
+        for coupling in self.couplings(dynamics.tree, Level::Position) {
+            let gap = dynamics.coupling_position(coupling);
+            residual.push(if coupling.driven.slide.is_some() { gap / unit } else { wrap(gap).0 });
+        }
         (DVector::from_vec(residual), self.jacobian(dynamics, units, unit, Level::Position))
     }
 
@@ -227,17 +239,21 @@ impl Conditions {
             let off = one.sum(|column| dynamics.coordinate(column).velocity) - wanted;
             residual.push(if one.is_angle { off } else { off / unit });
         }
+        for coupling in self.couplings(dynamics.tree, Level::Velocity) {
+            residual.push(dynamics.coupling_velocity(coupling) / coupling_unit(coupling, unit));
+        }
         (DVector::from_vec(residual), self.jacobian(dynamics, units, unit, Level::Velocity))
     }
 
     /// The rate that the start gives in each row of the velocities; none where the joints demand it.
-    pub(super) fn given_rates(&self, unit: f64) -> Vec<Option<f64>> {
+    pub(super) fn given_rates(&self, tree: &Tree, unit: f64) -> Vec<Option<f64>> {
         let rows = self.rows(Level::Velocity).into_iter();
         let pairs = rows.map(|row| self.pairs[row.pair].is_given.then_some(row.wanted / unit));
         let coordinates = self
             .given(Level::Velocity)
             .map(|(one, rate)| one.is_given.then_some(if one.is_angle { rate } else { rate / unit }));
-        pairs.chain(coordinates).collect()
+        let couplings = self.couplings(tree, Level::Velocity).map(|_| None);
+        pairs.chain(coordinates).chain(couplings).collect()
     }
 
     /// The signs of the branch in the pose last moved to.
@@ -257,13 +273,23 @@ impl Conditions {
             let columns = (0..tree.free.len()).filter(|&k| one.columns[tree.free[k]] != 0.0).collect();
             Group { rows: vec![rows.len() + row], columns }
         });
-        branch(&jacobian, pairs.chain(given).collect())
+        let first = rows.len() + self.given(Level::Position).count();
+        let couplings = self.couplings(tree, Level::Position).enumerate().map(|(row, coupling)| {
+            let Coupling { driven, driver, .. } = coupling;
+            let mut columns: Vec<usize> = driven.free.iter().chain(&driver.free).map(|&(k, _)| k).collect();
+            columns.sort_unstable();
+            columns.dedup();
+            Group { rows: vec![first + row], columns }
+        });
+        branch(&jacobian, pairs.chain(given).chain(couplings).collect())
     }
 
     fn jacobian(&self, dynamics: &Dynamics, units: &[f64], unit: f64, level: Level) -> DMatrix<f64> {
         let tree = dynamics.tree;
         let rows = self.rows(level);
-        let mut jacobian = DMatrix::zeros(rows.len() + self.given(level).count(), tree.free.len());
+        let given = self.given(level).count();
+        let couplings = self.couplings(tree, level).count();
+        let mut jacobian = DMatrix::zeros(rows.len() + given + couplings, tree.free.len());
         for (index, Row { pair, direction, turns, .. }) in rows.iter().enumerate() {
             let points = self.pairs[*pair].points;
             let columns = dynamics.gap_columns(points);
@@ -285,8 +311,20 @@ impl Conditions {
                 jacobian[(rows.len() + row, freedom)] = one.columns[column] * scale * units[freedom];
             }
         }
+        for (row, coupling) in self.couplings(tree, level).enumerate() {
+            let columns = dynamics.coupling_columns(coupling);
+            for (freedom, &column) in tree.free.iter().enumerate() {
+                jacobian[(rows.len() + given + row, freedom)] =
+                    columns[column] / coupling_unit(coupling, unit) * units[freedom];
+            }
+        }
         jacobian
     }
+}
+
+/// Unit of a coupling: 1 rad, or the size of the mechanism.
+fn coupling_unit(coupling: &Coupling, unit: f64) -> f64 {
+    if coupling.driven.slide.is_some() { unit } else { 1.0 }
 }
 
 impl GivenCoordinate {
@@ -300,7 +338,7 @@ fn given_coordinate(tree: &Tree, start: &Start) -> Option<GivenCoordinate> {
     // Names were checked with the scene.
     let index_of = |name: &str| tree.bodies.iter().position(|body| body.name == name);
     let between = |bodies: [Option<usize>; 2], position, velocity| {
-        let (columns, zero) = relative_angle(tree, bodies);
+        let (columns, zero) = tree.relative_angle(bodies);
         Some(GivenCoordinate { columns, is_angle: true, zero, position, velocity, is_given: true })
     };
     match start {
@@ -330,20 +368,6 @@ fn given_coordinate(tree: &Tree, start: &Start) -> Option<GivenCoordinate> {
     }
 }
 
-/// The derivatives of the angle of the second body relative to the first, and its value where all coordinates are zero.
-fn relative_angle(tree: &Tree, bodies: [Option<usize>; 2]) -> (Vec<f64>, f64) {
-    let mut columns = vec![0.0; tree.frames.len() - 1];
-    let mut zero = 0.0;
-    for (body, sign) in bodies.into_iter().zip([-1.0, 1.0]) {
-        let Some(placed) = body.map(|body| &tree.bodies[body]) else { continue };
-        zero += sign * placed.angle;
-        for &column in &tree.paths[placed.frame].columns {
-            columns[column] += sign * tree.frames[column + 1].kind.rotation();
-        }
-    }
-    (columns, zero)
-}
-
 /// The tilt of what slides in a guide with play, if it has corners: zero unless the start gives it.
 fn tilt_of(tree: &Tree, scene: &Scene, guide: &Guide) -> Option<GivenCoordinate> {
     let angle = guide.angle?;
@@ -352,7 +376,7 @@ fn tilt_of(tree: &Tree, scene: &Scene, guide: &Guide) -> Option<GivenCoordinate>
         _ => None,
     });
     let [position, velocity] = given.unwrap_or_default().map(Some);
-    let (columns, zero) = relative_angle(tree, guide.bodies);
+    let (columns, zero) = tree.relative_angle(guide.bodies);
     Some(GivenCoordinate {
         columns,
         is_angle: true,

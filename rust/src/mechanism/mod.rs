@@ -7,6 +7,7 @@ pub mod branch;
 mod closing;
 pub mod compiled;
 mod conditions;
+mod couplings;
 mod immovable;
 mod nearest;
 mod scales;

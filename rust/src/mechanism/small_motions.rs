@@ -13,7 +13,7 @@ use crate::tree::elements::State;
 pub struct SmallMotions {
     /// Accelerations and their derivatives with respect to the free coordinates and their velocities.
     pub linear: Linearization,
-    /// Derivatives of the gaps of the loop closures with respect to the free coordinates, row-major.
+    /// Derivatives of the gaps of the loop closures, then of the couplings, with respect to the free coordinates, row-major.
     pub closures: Vec<f64>,
     /// Derivatives of position x, y [m] and angle [rad] of every body with respect to the free coordinates, row-major.
     pub bodies: Vec<f64>,
@@ -48,6 +48,10 @@ pub fn small_motions(
         for axis in 0..2 {
             closures.extend(mechanism.free.iter().map(|&column| columns[column][axis]));
         }
+    }
+    for coupling in &mechanism.couplings {
+        let columns = dynamics.coupling_columns(coupling);
+        closures.extend(mechanism.free.iter().map(|&column| columns[column]));
     }
     let places = |dynamics: &mut Dynamics, v: &[f64]| -> Vec<[f64; 3]> {
         dynamics.move_to(t, q, v);

@@ -46,6 +46,8 @@ const LINK: [&str; 3] = ["length", "lengthening", "force"];
 const BUSHING: [&str; 3] = ["deflection", "force_x", "force_y"];
 /// Quantities of a torsion spring or damper; the torque is that on the second body.
 const TORSION: [&str; 2] = ["angle", "torque"];
+/// What a coupling exerts on an angle or on a displacement: on the driven one, on the driver.
+const COUPLING: [[&str; 2]; 2] = [["torque", "driver_torque"], ["force", "driver_force"]];
 /// Energies, work and losses of the whole mechanism.
 const ENERGY: [&str; 9] = [
     "kinetic",
@@ -84,6 +86,8 @@ pub enum Column {
     Bushing(usize, usize),
     /// Quantity of a torsion spring or damper.
     Torsion(usize, usize),
+    /// Torque or force of a coupling.
+    Coupling(usize, usize),
     /// Loss of a contact slot.
     Loss(usize, usize),
     /// Energy, work or loss of the whole mechanism.
@@ -130,6 +134,12 @@ fn usual_columns(mechanism: &Mechanism) -> Vec<Named> {
     for (index, driven) in mechanism.driven.iter().enumerate() {
         let effort = if driven.is_angle { "torque" } else { "force" };
         columns.push((format!("{}.{effort}", driven.name), Column::Drive(index)));
+    }
+    for (index, coupling) in mechanism.couplings.iter().enumerate() {
+        for (k, end) in [&coupling.driven, &coupling.driver].into_iter().enumerate() {
+            let effort = COUPLING[usize::from(end.slide.is_some())][k];
+            columns.push((format!("{}.{effort}", coupling.name), Column::Coupling(index, k)));
+        }
     }
     columns
 }
@@ -220,7 +230,9 @@ impl Needs {
                 Column::Body(_, quantity) => needs.acceleration |= *quantity >= 6,
                 Column::Point(_, _, quantity) => needs.acceleration |= *quantity >= 4,
                 Column::Coordinate(_, quantity) => needs.acceleration |= *quantity >= 2,
-                Column::Drive(_) | Column::DrivePower(_) | Column::Reaction(..) => needs.reactions = true,
+                Column::Drive(_) | Column::DrivePower(_) | Column::Reaction(..) | Column::Coupling(..) => {
+                    needs.reactions = true;
+                }
                 Column::Loss(..) => needs.work = true,
                 Column::Energy(quantity) => {
                     needs.contacts = true;
@@ -275,6 +287,7 @@ impl Column {
                 let torsion = &tree.torsions[index];
                 [relative_rotation(dynamics, torsion.bodies, 0), dynamics.torsion_torque(torsion)][quantity]
             }
+            Column::Coupling(index, quantity) => dynamics.coupling_efforts(index)[quantity],
             Column::Loss(index, quantity) => {
                 let loss = work.contacts[index];
                 [loss.impact, loss.friction, loss.wear][quantity]

@@ -41,6 +41,14 @@ impl Scene {
         for (index, start) in self.start.iter().enumerate() {
             self.check_start(&mut checker, &format!("start[{index}]"), index, start);
         }
+        for (index, coupling) in self.couplings.iter().enumerate() {
+            let path = format!("couplings[{index}]");
+            let earlier = self.couplings[..index].iter().any(|other| other.name == coupling.name)
+                || self.forces.iter().any(|force| force.name() == Some(&coupling.name))
+                || self.drives.iter().any(|drive| drive.name() == coupling.name);
+            self.check_name(&mut checker, &path, &coupling.name, earlier);
+            coupling.check(self, &mut checker, &path);
+        }
         checker.finish()
     }
 
@@ -55,6 +63,7 @@ impl Scene {
             ("forces", self.forces.len()),
             ("drives", self.drives.len()),
             ("start", self.start.len()),
+            ("couplings", self.couplings.len()),
         ];
         for (path, count) in lists.map(|(path, count)| (path.to_owned(), count)).into_iter().chain(points) {
             if count > MOST_ENTRIES {

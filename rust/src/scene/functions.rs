@@ -66,7 +66,8 @@ fn load_at(node: &Node, problems: &mut Problems) -> Load {
             phase: fields.number_or("phase", 0.0, problems),
         }),
         FunctionName::Table => table(&mut fields, problems),
-        FunctionName::Expression => expression(&mut fields, problems),
+        FunctionName::Expression => expression_in(&mut fields, problems)
+            .map_or(UNREADABLE, |expression| Load::Motion(Box::new(expression))),
     };
     fields.finish(problems);
     function
@@ -129,18 +130,14 @@ fn table(fields: &mut Fields, problems: &mut Problems) -> Load {
     })
 }
 
-fn expression(fields: &mut Fields, problems: &mut Problems) -> Load {
+/// The fields of a formula; none after a problem was noted.
+pub(super) fn expression_in(fields: &mut Fields, problems: &mut Problems) -> Option<Expression> {
     let before = problems.len();
     let text = fields.text("text", problems);
     let constants = fields.named_numbers("constants", problems);
     if problems.len() > before {
-        return UNREADABLE;
+        return None;
     }
-    match Expression::read(text, constants) {
-        Ok(expression) => Load::Motion(Box::new(expression)),
-        Err(message) => {
-            problems.push(Problem::new(fields.path_of("text"), message));
-            UNREADABLE
-        }
-    }
+    let read = Expression::read(text, constants);
+    read.map_err(|message| problems.push(Problem::new(fields.path_of("text"), message))).ok()
 }

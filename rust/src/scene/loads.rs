@@ -81,25 +81,51 @@ impl Expression {
     /// # Errors
     /// Why it is none, or has too few derivatives.
     pub(crate) fn of_time(&self) -> Result<TimeFunction, String> {
+        self.smooth_in(TIME, "a prescribed motion").map(TimeFunction::Formula)
+    }
+
+    /// The expression as a function of one variable with three derivatives, for `what`.
+    ///
+    /// # Errors
+    /// Why it is none.
+    pub(crate) fn smooth_in(&self, variable: &str, what: &str) -> Result<Tape, String> {
         let others = || self.syntax.names().into_iter().filter(|(name, _)| self.value_of(name).is_none());
-        if let Some((name, place)) = others().find(|(name, _)| *name != TIME) {
+        if let Some((name, place)) = others().find(|(name, _)| *name != variable) {
             let place = place_in(&self.text, place);
             return Err(format!(
-                "a prescribed motion may depend on {TIME:?} and constants alone, not on {name:?} ({place})"
+                "{what} may depend on {variable:?} and constants alone, not on {name:?} ({place})"
             ));
         }
         if let Some((name, value)) = self.constants.iter().find(|(_, value)| !value.is_finite()) {
             return Err(format!("the constant {name:?} must be a finite number, got {value}"));
         }
-        let tape = self.tape(&[(TIME.to_owned(), Quantity::Time)])?;
+        let tape = self.tape(&[(variable.to_owned(), Quantity::Time)])?;
         if !tape.switches.is_empty() {
-            return Err(
-                "a prescribed motion must have three derivatives: if, sign, abs, min, max and tables but the cubic one \
-                 over the time have not"
-                    .to_owned(),
-            );
+            return Err(format!(
+                "{what} must have three derivatives: if, sign, abs, min, max and tables but the cubic one over the time \
+                 have not"
+            ));
         }
-        Ok(TimeFunction::Formula(tape))
+        Ok(tape)
+    }
+
+    /// Checks that the expression has the dimension `wanted` where its variable has the dimension `of_variable`.
+    ///
+    /// # Errors
+    /// The dimension that it has.
+    pub(crate) fn check_dimension_in(
+        &self,
+        variable: &str,
+        of_variable: Dimension,
+        wanted: Dimension,
+    ) -> Result<(), String> {
+        match dimension(&self.syntax, &|name| (name == variable).then_some(of_variable)) {
+            Err(message) => Err(format!("{:?} {message}", self.text)),
+            Ok(Some(known)) if known != wanted && known != PLAIN => {
+                Err(format!("{:?} has the unit [{}], must have [{}]", self.text, unit(known), unit(wanted)))
+            }
+            Ok(_) => Ok(()),
+        }
     }
 
     /// The expression compiled, where its quantities are those of [`Expression::quantities`].

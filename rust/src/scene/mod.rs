@@ -2,8 +2,8 @@
 //! [`parts::Scene`] or every problem at once, with its path. Uses `numerics`, `expression` and the laws of `contact`.
 
 mod check;
-mod check_guides;
 mod check_laws;
+pub mod couplings;
 mod functions;
 pub(crate) mod json;
 pub mod loads;

@@ -8,6 +8,7 @@ use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::NormalLaw;
 use crate::contact::pair::SlidingVelocity;
 use crate::error::meant_or_known;
+use crate::scene::couplings::Coupling;
 use crate::scene::loads::Load;
 use crate::scene::time_function::TimeFunction;
 
@@ -417,6 +418,8 @@ pub struct Scene {
     pub drives: Vec<Drive>,
     /// Initial conditions.
     pub start: Vec<Start>,
+    /// Coordinates that follow others.
+    pub couplings: Vec<Coupling>,
 }
 
 /// A reference `body.point`, resolved.

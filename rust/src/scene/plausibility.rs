@@ -42,6 +42,15 @@ impl Scene {
         self.warn_of_lengths(&mut warnings);
         self.warn_of_joints(&mut warnings);
         self.warn_of_angles(&mut warnings);
+        for (index, coupling) in self.couplings.iter().enumerate() {
+            let found = coupling.implausible(self, LONG);
+            warnings.extend(
+                found.map(|problem| Problem {
+                    path: format!("couplings[{index}].{}", problem.path),
+                    ..problem
+                }),
+            );
+        }
         for (index, force) in self.forces.iter().enumerate() {
             if let Force::Gravity { acceleration: [x, y] } = force
                 && (FALL_IN_MILLIMETERS[0]..=FALL_IN_MILLIMETERS[1]).contains(&x.hypot(*y))

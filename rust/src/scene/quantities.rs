@@ -58,7 +58,7 @@ impl Quantity {
 pub const TIME: &str = "time";
 
 /// Ends of the names of outputs that follow from the forces.
-const OF_FORCES: [&str; 16] = [
+const OF_FORCES: [&str; 18] = [
     "ax",
     "ay",
     "angular_acceleration",
@@ -68,6 +68,8 @@ const OF_FORCES: [&str; 16] = [
     "reaction_torque",
     "force",
     "torque",
+    "driver_force",
+    "driver_torque",
     "power",
     "normal_force",
     "friction_force",
@@ -104,6 +106,7 @@ impl Scene {
             || self.joints.iter().any(|joint| joint.name() == name)
             || self.forces.iter().any(|force| force.name() == Some(name))
             || self.drives.iter().any(|drive| drive.name() == name)
+            || self.couplings.iter().any(|coupling| coupling.name == name)
     }
 
     /// All quantities with their names.

@@ -9,6 +9,7 @@ use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::{Damping, NormalLaw};
 use crate::contact::pair::SlidingVelocity;
 use crate::error::{InputError, Problem, Subject};
+use crate::scene::couplings::coupling;
 use crate::scene::functions::{load, load_or_none, time_function};
 use crate::scene::json::{Fields, Node, Problems};
 use crate::scene::parts::{
@@ -85,6 +86,7 @@ fn scene(node: Node, problems: &mut Problems) -> Scene {
         forces: fields.list("forces", problems, force),
         drives: fields.list("drives", problems, drive),
         start: fields.list("start", problems, start),
+        couplings: fields.list("couplings", problems, coupling),
     };
     fields.finish(problems);
     scene

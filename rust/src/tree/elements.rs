@@ -144,6 +144,40 @@ pub struct Closure {
     pub bodies: [Option<usize>; 2],
 }
 
+/// A coordinate that a coupling ties: the angle of a body relative to another, or the displacement in a joint.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CoupledCoordinate {
+    /// The columns of whose coordinates it is the sum, each with its factor.
+    pub columns: Vec<(usize, f64)>,
+    /// The free ones among them, by the index of their degree of freedom.
+    pub free: Vec<(usize, f64)>,
+    /// What is added to the sum [rad]; zero for a displacement.
+    pub zero: f64,
+    /// The body against which it counts and the one that moves; `None` is ground.
+    pub bodies: [Option<usize>; 2],
+    /// Index of the prismatic joint among the ideal ones; `None` for an angle.
+    pub slide: Option<usize>,
+}
+
+/// A coordinate that is a function of another: driven = ratio driver + law(driver) + offset.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coupling {
+    /// Name.
+    pub name: String,
+    /// What follows.
+    pub driven: CoupledCoordinate,
+    /// What it follows.
+    pub driver: CoupledCoordinate,
+    /// The part in proportion.
+    pub ratio: f64,
+    /// The rest, as the index of a function of the motion; none in a gear.
+    pub law: Option<usize>,
+    /// Whether the rest repeats itself with every turn of the driver.
+    pub repeats: bool,
+    /// What is added [rad or m]; none until the assembly has found it.
+    pub offset: Option<f64>,
+}
+
 /// Equations of a closure: both components of the vector between its points.
 pub const CLOSURE_ROWS: usize = 2;
 
@@ -354,6 +388,8 @@ pub struct Tree {
     pub guides: Vec<Guide>,
     /// Loop closures, in the order of the scene; none in a tree.
     pub closures: Vec<Closure>,
+    /// Couplings of coordinates, in the order of the scene.
+    pub couplings: Vec<Coupling>,
     /// Ideal joints, in the order of the scene.
     pub ideal_joints: Vec<IdealJoint>,
     /// The joints of the tree as indices of `ideal_joints`, parents before children.
@@ -382,19 +418,20 @@ impl Tree {
         self.free.len()
     }
 
-    /// Degrees of freedom that remain once the loops are closed; the closures are independent.
+    /// Degrees of freedom that remain once loops are closed and coordinates coupled; these equations are independent.
     pub fn mobility(&self) -> usize {
         self.free.len().saturating_sub(self.closed_rows().sum())
     }
 
-    /// Equations of every closure, in the order of their rows.
+    /// Equations of every closure and coupling, in the order of their rows.
     pub fn closed_rows(&self) -> impl Iterator<Item = usize> {
-        self.closures.iter().map(|_| CLOSURE_ROWS)
+        let couplings = self.couplings.iter().map(|_| 1);
+        self.closures.iter().map(|_| CLOSURE_ROWS).chain(couplings)
     }
 
-    /// Whether loops are closed, so that the free coordinates depend on each other.
+    /// Whether loops or couplings make the free coordinates depend on each other.
     pub fn has_loops(&self) -> bool {
-        !self.closures.is_empty()
+        !(self.closures.is_empty() && self.couplings.is_empty())
     }
 
     /// Whether a spring, a damper or an applied force or torque acts.
@@ -426,6 +463,21 @@ impl Tree {
             Load::Motion(_) => None,
         });
         motions.chain(loads)
+    }
+
+    /// The factors of all columns in the angle of the second body relative to the first, and its value where all
+    /// coordinates are zero.
+    pub fn relative_angle(&self, bodies: [Option<usize>; 2]) -> (Vec<f64>, f64) {
+        let mut columns = vec![0.0; self.frames.len() - 1];
+        let mut zero = 0.0;
+        for (body, sign) in bodies.into_iter().zip([-1.0, 1.0]) {
+            let Some(placed) = body.map(|body| &self.bodies[body]) else { continue };
+            zero += sign * placed.angle;
+            for &column in &self.paths[placed.frame].columns {
+                columns[column] += sign * self.frames[column + 1].kind.rotation();
+            }
+        }
+        (columns, zero)
     }
 
     /// The function of the motion to which a switch belongs, and the index of the switch among its own.

@@ -51,6 +51,7 @@ impl Builder<'_> {
             slots: Vec::new(),
             guides: Vec::new(),
             closures,
+            couplings: Vec::new(),
             ideal_joints,
             tree_joints,
             links: Vec::new(),

@@ -2,6 +2,7 @@
 //! forces, all flat and constant, and how frames move. Uses `scene`, `contact`, `expression`,
 //! `numerics`.
 
+mod couplings;
 pub mod elements;
 pub mod kinematics;
 mod lists;

@@ -16,7 +16,9 @@ impl Tree {
         let mut builder = Builder::new(scene);
         builder.span()?;
         builder.check_clearances()?;
-        Ok(builder.finish())
+        let mut tree = builder.finish();
+        tree.add_couplings(scene);
+        Ok(tree)
     }
 }
 

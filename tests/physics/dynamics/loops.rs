@@ -42,6 +42,7 @@ fn four_bar(speed: Option<f64>) -> Scene {
         forces: vec![Force::Gravity { acceleration: [0.0, if speed.is_some() { 0.0 } else { -9.81 }] }],
         drives: speed.map(drive).into_iter().collect(),
         start: Vec::new(),
+        couplings: Vec::new(),
     }
 }
 

@@ -241,6 +241,7 @@ fn bar(joints: [usize; 3], bob_first: bool, off_center: f64, restitution: f64) -
         forces: vec![Force::Gravity { acceleration: [0.0, -9.81] }],
         drives: Vec::new(),
         start: Vec::new(),
+        couplings: Vec::new(),
     }
 }
 

@@ -38,6 +38,7 @@ fn four_bar(drives: Vec<Drive>, forces: Vec<Force>) -> Scene {
         forces: [vec![Force::Gravity { acceleration: [0.0, -9.81] }], forces].concat(),
         drives,
         start: Vec::new(),
+        couplings: Vec::new(),
     }
 }
 

@@ -358,6 +358,7 @@ fn written_scene_is_read_as_what_it_says() {
             angle: 0.0,
         }],
         start: Vec::new(),
+        couplings: Vec::new(),
     };
     assert_eq!(read_scene(GOOD).unwrap(), expected);
     assert_eq!(expected.bodies[1].inertia_about, CENTER_OF_MASS);

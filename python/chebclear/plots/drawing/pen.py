@@ -15,6 +15,7 @@ from ...scene.scene import (
     Bushing,
     ClearancePrismatic,
     ClearanceRevolute,
+    Coupling,
     Damper,
     Fixed,
     Force,
@@ -43,6 +44,7 @@ _SUPPORT = 0.055  # height of a support on ground
 _COIL = 0.018  # half the width of a spring or damper
 _ARROW = 0.16  # length of the arrow of a force
 _HEAD = 0.022  # length of the head of an arrow
+_DASH = 0.02  # length of a dash
 
 _WITH_FACES = (ClearancePrismatic, PinInSlot, Stop)
 
@@ -77,6 +79,8 @@ def strokes_of(
         pen.drive(drive)
     for force in pose.scene.forces:
         pen.force(force)
+    for coupling in pose.scene.couplings:
+        pen.coupling(coupling)
     return pen
 
 
@@ -316,6 +320,30 @@ class Pen:
                 self.hatched(place + across, place - across)
         self.clutter.add(start, end, 2.5 * width)
         self._symbol(lines, (force.a, force.b), 0.5 * (start + end), 2.5 * width, force.name)
+
+    def coupling(self, coupling: Coupling) -> None:
+        """A dashed line between what is coupled."""
+        ends = [self._coupled(name) for name in (coupling.driven, coupling.driver)]
+        start, end = map(self.pose.at, ends)
+        way, _, length = along(start, end)
+        count = max(1, round(length / (2.0 * _DASH * self.unit)))
+        dashes = np.linspace(0.0, length, 2 * count + 2)[1:-1].reshape(-1, 2)
+        if length > _PIN * self.unit:
+            lines = [start + dash[:, None] * way for dash in dashes]
+            self._symbol(lines, (ends[0], ends[1]), 0.5 * (start + end), 0.0, coupling.name)
+
+    def _coupled(self, name: str) -> str:
+        """A point at which a coupled coordinate shows: of its joint, or one about which its body turns."""
+        owner = name.rpartition(".")[0]
+        joints = self.pose.scene.joints
+        for joint in joints:
+            if joint.name == owner:
+                return ends_of(joint)[1]
+        for joint in joints:
+            for end in ends_of(joint):
+                if owner_of(end) == owner and owner != GROUND:
+                    return end
+        return owner
 
     def _symbol(self, lines: Sequence[Array], owner: Owner, place: Array, radius: float, name: str) -> None:
         for line in lines:

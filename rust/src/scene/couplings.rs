@@ -1,0 +1,294 @@
+//! Couplings of two coordinates: gears, racks, belts, cams. In: JSON, and the scene that holds them; out: the records,
+//! what is wrong with them, and their laws compiled.
+
+use std::f64::consts::TAU;
+
+use crate::error::Problem;
+use crate::expression::curve::{Beyond, Curve, Interpolation};
+use crate::expression::dimension::{Dimension, PLAIN};
+use crate::expression::grammar::Syntax;
+use crate::expression::tape::Tape;
+use crate::scene::check::Checker;
+use crate::scene::functions::expression_in;
+use crate::scene::json::{Node, Problems};
+use crate::scene::loads::Expression;
+use crate::scene::parts::{Force, GROUND, Scene};
+use crate::scene::quantities::{Quantity, TIME};
+
+/// Relative error of a period or an advance that is a whole part of a turn: numbers are typed with ten digits.
+const TYPED: f64 = 1e-9;
+
+/// One coordinate is a function of another, whatever the forces: driven = law(driver) + offset.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coupling {
+    /// Name, unique in the scene.
+    pub name: String,
+    /// Name of the driven coordinate, as that of an output.
+    pub driven: String,
+    /// Name of the driver.
+    pub driver: String,
+    /// How the one follows from the other.
+    pub law: CouplingLaw,
+    /// The body against which the angles of the two bodies count.
+    pub carrier: Option<String>,
+    /// What is added [rad or m]; `None`: for a ratio as the start has it, otherwise nothing.
+    pub offset: Option<f64>,
+}
+
+/// How the driven coordinate follows from the driver.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CouplingLaw {
+    /// In proportion.
+    Ratio(f64),
+    /// By the cubic spline through points.
+    Table {
+        /// Values of the driver [rad or m].
+        points: Vec<f64>,
+        /// Values of the driven coordinate there [rad or m].
+        values: Vec<f64>,
+        /// Name of the driver, or of nothing in particular.
+        over: String,
+        /// Whether it repeats itself.
+        periodic: bool,
+    },
+    /// By a formula of the driver.
+    Formula(Box<Expression>),
+}
+
+/// A coordinate that a coupling may tie.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Coupled {
+    /// Angle of the second body relative to the first; `None` is ground.
+    Angle([Option<usize>; 2]),
+    /// Displacement in a prismatic joint, by the index of the joint.
+    Displacement(usize),
+}
+
+impl Coupled {
+    fn dimension(self) -> Dimension {
+        match self {
+            Coupled::Angle(_) => PLAIN,
+            Coupled::Displacement(_) => [0, 1, 0],
+        }
+    }
+
+    fn is_angle(self) -> bool {
+        matches!(self, Coupled::Angle(_))
+    }
+}
+
+/// A law of motion, compiled: driven = ratio driver + law(driver).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CompiledLaw {
+    /// The part in proportion.
+    pub ratio: f64,
+    /// The rest, of one variable.
+    pub law: Option<Tape>,
+    /// Whether the rest repeats itself with every turn of the driver.
+    pub repeats: bool,
+}
+
+/// A coupling from JSON.
+pub(super) fn coupling(node: Node, problems: &mut Problems) -> Coupling {
+    let mut fields = node.fields(problems);
+    let coupling = Coupling {
+        name: fields.text("name", problems),
+        driven: fields.text("driven", problems),
+        driver: fields.text("driver", problems),
+        law: fields.required("law", problems).map_or(UNREADABLE, |node| law(&node, problems)),
+        carrier: fields.optional("carrier").map(|node| node.text(problems)),
+        offset: fields.optional_number("offset", problems),
+    };
+    fields.finish(problems);
+    coupling
+}
+
+/// Placeholder of a law that could not be read, for which a problem was added.
+const UNREADABLE: CouplingLaw = CouplingLaw::Ratio(1.0);
+
+fn law(node: &Node, problems: &mut Problems) -> CouplingLaw {
+    if !node.value.is_object() {
+        return CouplingLaw::Ratio(node.number(problems));
+    }
+    let before = problems.len();
+    let mut fields = node.fields(problems);
+    let law = if fields.tag("function", &[("table", true), ("expression", false)], problems) {
+        // Jumps of the slope would be impacts, jumps of the curvature jumps of the force.
+        if fields.optional("interpolation").is_some() {
+            fields.word("interpolation", &[("cubic", ())], problems);
+        }
+        if fields.optional("beyond").is_some() {
+            fields.word("beyond", &[("end", ())], problems);
+        }
+        CouplingLaw::Table {
+            points: fields.numbers("points", problems),
+            values: fields.numbers("values", problems),
+            over: fields.optional("over").map_or_else(|| TIME.to_owned(), |node| node.text(problems)),
+            periodic: fields.optional("periodic").is_some_and(|node| node.truth(problems)),
+        }
+    } else {
+        let formula = expression_in(&mut fields, problems);
+        formula.map_or(UNREADABLE, |formula| CouplingLaw::Formula(Box::new(formula)))
+    };
+    fields.finish(problems);
+    if problems.len() > before { UNREADABLE } else { law }
+}
+
+impl Coupling {
+    /// The driven coordinate and the driver.
+    ///
+    /// # Errors
+    /// What is wrong with the name of each.
+    pub fn coordinates(&self, scene: &Scene) -> [Result<Coupled, String>; 2] {
+        [&self.driven, &self.driver].map(|name| self.coordinate(scene, name))
+    }
+
+    fn coordinate(&self, scene: &Scene, name: &str) -> Result<Coupled, String> {
+        if let Some(carrier) = &self.carrier {
+            let body = name.strip_suffix(".angle").and_then(|owner| scene.body_index(owner).ok());
+            return match (scene.body_index(carrier), body) {
+                (Ok(carrier), Some(body)) if body != carrier => Ok(Coupled::Angle([carrier, body])),
+                _ => Err(format!(
+                    "must be the angle of another body than the carrier, such as \"planet.angle\" or \
+                     \"{GROUND}.angle\", got {name:?}"
+                )),
+            };
+        }
+        let of_force =
+            |force: &Force| force.name().is_some_and(|own| name.strip_prefix(own) == Some(".angle"));
+        match scene.quantity(name)? {
+            Quantity::Angle(bodies) if !scene.forces.iter().any(of_force) => Ok(Coupled::Angle(bodies)),
+            Quantity::Displacement(joint) => Ok(Coupled::Displacement(joint)),
+            _ => Err(format!(
+                "must be the angle of a body or of a revolute joint, or the displacement in a prismatic joint, got \
+                 {name:?}"
+            )),
+        }
+    }
+
+    /// Its law, between these coordinates.
+    ///
+    /// # Errors
+    /// Where it has no three derivatives, or does not repeat itself over an angle.
+    pub fn compiled(&self, [driven, driver]: [Coupled; 2]) -> Result<CompiledLaw, String> {
+        match &self.law {
+            CouplingLaw::Ratio(ratio) if *ratio == 0.0 || !ratio.is_finite() => {
+                Err(format!("a ratio must be a finite number other than 0, got {ratio}"))
+            }
+            CouplingLaw::Ratio(ratio) => Ok(CompiledLaw { ratio: *ratio, ..CompiledLaw::default() }),
+            CouplingLaw::Formula(formula) => {
+                formula.check_dimension_in(&self.driver, driver.dimension(), driven.dimension())?;
+                let tape = formula.smooth_in(&self.driver, "the law of a coupling")?;
+                Ok(CompiledLaw { law: Some(tape), ..CompiledLaw::default() })
+            }
+            CouplingLaw::Table { points, values, over, periodic } => {
+                if over.trim() != TIME && over.trim() != self.driver {
+                    return Err(format!(
+                        "is a table over the driver {:?}: leave over out, got {over:?}",
+                        self.driver
+                    ));
+                }
+                let (ratio, curve) = match (driver.is_angle(), *periodic) {
+                    (true, true) => repeated(points, values, driven)?,
+                    (false, false) => (0.0, Curve::new(points, values, Interpolation::Cubic, Beyond::End)?),
+                    (true, false) => {
+                        return Err("over an angle, which turns on, a table must be periodic".to_owned());
+                    }
+                    (false, true) => {
+                        return Err("over a displacement a table must not be periodic".to_owned());
+                    }
+                };
+                let variable = Tape::new(&Syntax::Name(String::new(), 0), &[], &mut |_| 0)?;
+                Ok(CompiledLaw { ratio, law: Some(variable.of_curve(curve)), repeats: *periodic })
+            }
+        }
+    }
+
+    /// Adds what is wrong with the coupling but for its name.
+    pub(super) fn check(&self, scene: &Scene, checker: &mut Checker, path: &str) {
+        if let Some(offset) = self.offset {
+            checker.finite(&format!("{path}.offset"), "rad or m", offset);
+        }
+        if let Some(carrier) = &self.carrier
+            && let Err(message) = scene.body_index(carrier)
+        {
+            checker.add(format!("{path}.carrier"), message);
+            return;
+        }
+        let ends = self.coordinates(scene);
+        for (field, end) in ["driven", "driver"].into_iter().zip(&ends) {
+            if let Err(message) = end {
+                checker.add(format!("{path}.{field}"), message);
+            }
+        }
+        let [Ok(driven), Ok(driver)] = ends else { return };
+        if driven == driver {
+            checker.add(format!("{path}.driver"), "is the driven coordinate itself");
+        }
+        if let Err(message) = self.compiled([driven, driver]) {
+            checker.add(format!("{path}.law"), message);
+        }
+    }
+
+    /// Warns of a law that looks as if its lengths were in millimeters.
+    pub(super) fn implausible(&self, scene: &Scene, longest: f64) -> Option<Problem> {
+        let [Ok(Coupled::Displacement(_)), Ok(Coupled::Angle(_))] = self.coordinates(scene) else {
+            return None;
+        };
+        let largest = match &self.law {
+            CouplingLaw::Ratio(ratio) => ratio.abs(),
+            CouplingLaw::Table { values, .. } => {
+                values.iter().fold(f64::NEG_INFINITY, |most, value| most.max(*value))
+                    - values.iter().fold(f64::INFINITY, |least, value| least.min(*value))
+            }
+            CouplingLaw::Formula(_) => 0.0,
+        };
+        (largest > longest).then(|| {
+            Problem::new(
+                "law",
+                format!(
+                    "moves {:?} by {largest} m with every {}: lengths are in meters, {largest} mm are {}",
+                    self.driven,
+                    if matches!(self.law, CouplingLaw::Ratio(_)) { "radian" } else { "turn" },
+                    largest / 1e3
+                ),
+            )
+        })
+    }
+}
+
+/// A table that repeats itself over an angle, as a part in proportion and the rest. What a body turns on in a period, as
+/// in a Geneva drive, is that part.
+fn repeated(points: &[f64], values: &[f64], driven: Coupled) -> Result<(f64, Curve), String> {
+    let ([first_point, .., last_point], [first, .., last]) = (points, values) else {
+        // Says what is missing.
+        return Curve::new(points, values, Interpolation::Cubic, Beyond::End).map(|curve| (0.0, curve));
+    };
+    let (span, advance) = (last_point - first_point, last - first);
+    let count = (TAU / span).round();
+    if !(count >= 1.0 && (count * span / TAU - 1.0).abs() <= TYPED) {
+        return Err(format!(
+            "the points of a table over an angle must span a turn, 2 pi = {TAU} rad, or a whole part of it, got {span}"
+        ));
+    }
+    let exact = if advance == 0.0 { Some(0.0) } else { whole_part_of_a_turn(advance) };
+    let exact = exact.filter(|advance| *advance == 0.0 || driven.is_angle()).ok_or_else(|| {
+        format!(
+            "a periodic table ends with its first value, {first}, or, where it drives an angle, a whole part of a turn \
+             beyond it; got {last}"
+        )
+    })?;
+    let ratio = exact * count / TAU;
+    let points: Vec<f64> = points.iter().map(|point| point * (TAU / (count * span))).collect();
+    let mut rest: Vec<f64> = values.iter().zip(&points).map(|(value, point)| value - ratio * point).collect();
+    let end = rest.len() - 1;
+    rest[end] = rest[0];
+    Curve::new(&points, &rest, Interpolation::Cubic, Beyond::Repeat).map(|curve| (ratio, curve))
+}
+
+/// The whole number of turns, or whole part of one, that an angle is but for its last digits.
+fn whole_part_of_a_turn(angle: f64) -> Option<f64> {
+    let turns = angle / TAU;
+    let near = if turns.abs() >= 1.0 { turns.round() } else { 1.0 / (1.0 / turns).round() };
+    ((turns / near - 1.0).abs() <= TYPED).then_some(near * TAU)
+}
