@@ -364,11 +364,15 @@ def load_measured(
         checks.add(f"t or angle must name a column of the file{meant_or_known('time', known)}")
     taken = [_HEAD.fullmatch(text)[1] for text in axes.values()]  # type: ignore[index]
     asked = {name: name for name in known if name not in taken} if columns is None else dict(columns)
+    if not all(isinstance(text, str) for text in asked.values()):
+        checks.add(f"columns must name a column for each output, got {columns!r:.80}", wrong_type=True)
+        checks.finish()
     found, units = {}, {}
     for name, text in [*axes.items(), *asked.items()]:
         column, given = _HEAD.fullmatch(text).groups()  # type: ignore[union-attr]
-        if column not in known:
-            checks.add_at(name, f'is no column of the file: "{column}"{meant_or_known(column, known)}')
+        if known.count(column) != 1:
+            several = "is in several columns" if column in known else "is no column"
+            checks.add_at(name, f'{several} of the file: "{column}"{meant_or_known(column, known)}')
             continue
         index = known.index(column)
         wanted = {"t": "s", "angle": "rad"}[name] if name in axes else column_unit(name)

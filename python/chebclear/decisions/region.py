@@ -20,6 +20,8 @@ _NEAREST = 50
 _ROUNDING = 1e-12
 # Fits of a polynomial, each weighted by the scatter that the one before left.
 _FITS = 3
+# Distances between points and runs that are in the memory at once.
+_BLOCK = 1_000_000
 # Points that show a region, moves of each from level to level, the share that a level keeps; most levels.
 _POINTS, _MOVES, _KEPT, _LEVELS = 500, 8, 0.2, 100
 
@@ -109,9 +111,12 @@ class FeatureFit:
 
     def cut(self, cube: Array) -> Array:
         """Distances that the runs nearest to points keep with the confidence, shape (points,)."""
-        far = np.sum((cube[:, None, :] - self._cube) ** 2, axis=-1)
-        near = np.argpartition(far, self._nearest - 1, axis=1)[:, : self._nearest]
-        return np.asarray(np.partition(self._distances[near], self._rank, axis=1)[:, self._rank])
+        cuts = []
+        for block in np.array_split(cube, 1 + len(cube) * len(self._cube) // _BLOCK):
+            far = np.sum((block[:, None, :] - self._cube) ** 2, axis=-1)
+            near = np.argpartition(far, self._nearest - 1, axis=1)[:, : self._nearest]
+            cuts.append(np.partition(self._distances[near], self._rank, axis=1)[:, self._rank])
+        return np.concatenate(cuts)
 
     def ratio(self, cube: Array, features: Array) -> Array:
         """Distances over their cuts, shape (points,): at most 1 in the region."""

@@ -109,7 +109,9 @@ def test_what_is_wrong_with_a_file_is_told_at_once(tmp_path):
     for columns in ({"slider.x": "slider.ax"}, {"slider.ax": "slider.ax [mm/s2]"}, {"a": "slider.vx [m/z]"}):
         with pytest.raises(cc.errors.ArgumentError):
             cc.load_measured(written(tmp_path, text.replace("nothing", "1")), columns, t="time")
-    for bad in ("", "t [s]\n", "t [s],x [m]\n0,1\n1\n"):
+    with pytest.raises(cc.errors.ArgumentTypeError):
+        cc.load_measured(path, {"slider.x": 3}, t="time")
+    for bad in ("", "t [s]\n", "t [s],x [m]\n0,1\n1\n", "t [s],x [m],x [m]\n0,1,1\n1,1,1\n"):
         with pytest.raises(cc.errors.ArgumentError):
             cc.load_measured(written(tmp_path, bad))
 
