@@ -9,7 +9,7 @@ import numpy as np
 from ..base.arguments import Checks
 from ..scene.columns import column_unit, column_words, plain_words
 from .axes import COLORS, distinct_colors, line_style, new_axes, unit_scale
-from .labels import set_labels, with_unit
+from .labels import set_labels, typeset, with_unit
 from .subjects import require
 
 if TYPE_CHECKING:
@@ -138,7 +138,7 @@ def plot_sweep(
         ax.axvline(parameter_scale * peak.at, **look)
     for k, joint in enumerate(dict.fromkeys(one.joint for one in sweep.lift_offs)):
         for n, one in enumerate(one for one in sweep.lift_offs if one.joint == joint):
-            label = None if n else f"lift-off in {plain_words(joint)}"
+            label = None if n else typeset(f"lift-off in {plain_words(joint)}")
             color = COLORS[(2 + k) % len(COLORS)]
             ax.axvspan(
                 parameter_scale * one.lower, parameter_scale * one.upper, color=color, alpha=0.4, label=label

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +15,12 @@ from ..base.named import Named
 from ..base.prefixes import format_quantity, format_range
 from ..base.shown import listed
 from ..base.units import unit as unit_of
-from ..errors import ArgumentError, UnknownNameError, warn
+from ..errors import ArgumentError, UnknownNameError
+from ..execution.failures import FAILED
 from ..report import html
 from ..report.document import Table
 from ..run.features import Feature
+from ..run.notices import Notice, WithNotices, issue
 from ..run.settings import Settings
 from ..run.signals.resampling import refined
 from ..run.simulation import run_scene
@@ -88,7 +90,7 @@ class LiftOff:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Sweep(Named[Array]):
+class Sweep(WithNotices, Named[Array]):
     """Features of every revolution over a parameter; see `Study.sweep`.
 
     A mapping from the names of the features to arrays of shape (points, revolutions), NaN where a run failed.
@@ -109,6 +111,8 @@ class Sweep(Named[Array]):
         Their SI units.
     lift_offs : tuple[LiftOff, ...]
         Where joints begin or cease to lose contact.
+    notices : tuple[Notice, ...]
+        Runs that failed, warnings of the runs, and features that have not settled.
     """
 
     parameter: str
@@ -118,6 +122,7 @@ class Sweep(Named[Array]):
     features: dict[str, Array]
     units: dict[str, str]
     lift_offs: tuple[LiftOff, ...]
+    notices: tuple[Notice, ...]
 
     @property
     def _names(self) -> tuple[str, ...]:
@@ -261,7 +266,8 @@ class WithSweep:
         Returns
         -------
         Sweep
-            NaN where a run failed; warnings name failed runs and motions that have not settled.
+            NaN where a run failed. Its `notices`, also issued as warnings, name failed runs and features that
+            have not settled. Runs are made in threads of this process, and no store keeps them.
 
         Raises
         ------
@@ -307,41 +313,66 @@ class WithSweep:
         wanted = [*asked, *(Feature("contact_share", joint) for joint in joints)]
         tracked = replace(settings, outputs=(), features=_tracked(wanted), cycles=1).for_scene(scenes[0])
 
-        def found_at(index: int, go_on: GoOn) -> tuple[Array, float] | _Failed:
+        def found_at(index: int, go_on: GoOn) -> _Turned:
             try:
                 return _revolutions(scenes[index], tracked, wanted, crank, kept, skipped, go_on)
             except _Failed as error:
-                return error
+                nothing = np.full((kept, len(wanted)), np.nan)
+                return _Turned(nothing, np.nan, (Notice(FAILED, str(error)),))
 
         found = in_threads(found_at, count, runner.execution.threads, runner.progress)
-        nothing = np.full((kept, len(wanted)), np.nan), np.nan
-        pairs = [nothing if isinstance(one, _Failed) else one for one in found]
-        _tell_failed(parameter, at, found)
-        table, names = np.array([rows for rows, _ in pairs]), tuple(runner.features)
+        notices = _told(parameter, at, found)
+        table, names = np.array([one.features for one in found]), tuple(runner.features)
         units = units_of(names, runner.features, runner.units, simulated=True)
-        features = {name: table[:, :, k] for k, name in enumerate(names)}
         contact = {joint: table[:, :, len(names) + k] for k, joint in enumerate(joints)}
-        speeds = np.array([speed for _, speed in pairs])
-        lift_offs = tuple(_lift_offs(at, contact))
-        sweep = Sweep(parameter, unit, at, speeds, features, dict(zip(names, units, strict=True)), lift_offs)
+        sweep = Sweep(
+            parameter,
+            unit,
+            at,
+            np.array([one.speed for one in found]),
+            {name: table[:, :, k] for k, name in enumerate(names)},
+            dict(zip(names, units, strict=True)),
+            tuple(_lift_offs(at, contact)),
+            notices,
+        )
         moving = [name for name in names if not np.all(sweep.settled(name))]
         if moving:
-            warn(f"not settled at all values: {listed(moving)}; discard more revolutions")
+            text = f"not settled at all values: {listed(moving)}; discard more revolutions"
+            sweep = replace(sweep, notices=(*notices, Notice("unsettled", text, tuple(moving))))
+        issue(sweep.notices)
         return sweep
-
-
-def _tell_failed(parameter: str, at: Array, found: Sequence[object]) -> None:
-    """Warn of runs that failed; an error if all did."""
-    failed = [k for k, one in enumerate(found) if isinstance(one, _Failed)]
-    if failed:
-        where = f"the first at {parameter} = {at[failed[0]]:g}: {found[failed[0]]}"
-        if len(failed) == len(found):
-            raise ArgumentError(f"all runs failed, {where}")
-        warn(f"{len(failed)} of {len(found)} runs failed and are NaN, {where}")
 
 
 class _Failed(Exception):
     """Why a value of the parameter has no features."""
+
+
+class _Turned(NamedTuple):
+    """A run by its revolutions."""
+
+    features: Array
+    """Shape (revolutions, features)."""
+    speed: float
+    """Mean angular velocity [rad/s]."""
+    notices: tuple[Notice, ...]
+
+
+def _told(parameter: str, at: Array, found: Sequence[_Turned]) -> tuple[Notice, ...]:
+    """Failures and notices of the runs, each kind once with its first run; an error if all failed."""
+    kinds: dict[object, list[tuple[int, Notice]]] = {}
+    for k, one in enumerate(found):
+        for told in one.notices:
+            kinds.setdefault((told.code, told.about), []).append((k, told))
+    notices = []
+    for runs in kinds.values():
+        first, told = runs[0]
+        failed = told.code == FAILED
+        what = f"{len(runs)} of {len(found)} runs{' failed and are NaN' if failed else ''}"
+        text = f"{what}, the first at {parameter} = {at[first]:g}: {told.text}"
+        if failed and len(runs) == len(found):
+            raise ArgumentError(text)
+        notices.append(replace(told, text=text, numbers={"runs": len(runs), "of_runs": len(found)}))
+    return tuple(notices)
 
 
 def _tracked(wanted: list[Feature]) -> tuple[Feature, ...]:
@@ -355,8 +386,8 @@ def _tracked(wanted: list[Feature]) -> tuple[Feature, ...]:
 
 def _revolutions(
     scene: Scene, settings: Settings, wanted: list[Feature], crank: str, kept: int, skipped: int, go_on: GoOn
-) -> tuple[Array, float]:
-    """Features of each revolution, shape (revolutions, features), and the mean angular velocity [rad/s]."""
+) -> _Turned:
+    """A run until it has made its revolutions; `_Failed` if it does not."""
     drive = drives_of(scene).get(crank)
     if drive is not None:
         sense, pieces = math.copysign(1.0, drive.speed), 1
@@ -379,7 +410,7 @@ def _revolutions(
     places = (ends - ends[0]) / span * (kept * pieces)
     parts = dict(zip(timed.features, run.features.T, strict=True))
     rows = np.stack([_of_revolutions(one, parts, places) for one in wanted], axis=1)
-    return rows, sense * 2.0 * math.pi * kept / span
+    return _Turned(rows, sense * 2.0 * math.pi * kept / span, run.notices)
 
 
 def _done(scene: Scene, settings: Settings, go_on: GoOn) -> Trajectory:

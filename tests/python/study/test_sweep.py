@@ -81,6 +81,14 @@ def test_a_flat_follower_lifts_off_where_its_spring_no_longer_accelerates_it():
     assert "face begins to lose contact between 198.0 and 202.0" in str(found)
 
 
+def test_warnings_of_the_runs_are_those_of_the_sweep():
+    made = study(follower, {"force": F.peak("face.normal_force")})
+    with pytest.warns(cc.ChebclearWarning, match="2 of 3 runs, the first at crank_speed = 250.*penetration"):
+        found = made.sweep("crank_speed", 150.0, 350.0, 3, revolutions=8)
+    (notice,) = [one for one in found.notices if one.about == ("face",)]
+    assert notice.numbers == {"runs": 2, "of_runs": 3}
+
+
 class TestSpeedWithinATurn:
     """A pendulum that whirls over the top: its speed is sqrt(w0^2 - 2 m g l / J (1 - cos a))."""
 
@@ -123,7 +131,7 @@ class TestSpeedWithinATurn:
             found = self.sweep(8.0, 11.0, angle="pin")  # over the top from 9.5 rad/s on
         assert list(np.isnan(found["mean"]).all(axis=1)) == [True, True, False, False]
 
-        with pytest.raises(ValueError, match="all runs failed"):
+        with pytest.raises(ValueError, match="4 of 4 runs failed"):
             self.sweep(6.0, 8.0, angle="pin")
 
     def test_the_joint_must_be_named(self):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 
 import numpy as np
 
@@ -127,9 +128,14 @@ def sweep(options: argparse.Namespace) -> int:
                 found.plot(name, ax=figure.add_subplot())
                 figure.savefig(folder / f"{file_name(name)}.png", dpi=DPI)
     if options.json:
-        resonances = {name: [vars(one) for one in found.resonances(name)] for name in found}
-        lift_offs = [vars(one) for one in found.lift_offs]
-        print_json({"values": rows, "resonances": resonances, "lift_offs": lift_offs})
+        print_json(
+            {
+                "values": rows,
+                "resonances": {name: [vars(one) for one in found.resonances(name)] for name in found},
+                "lift_offs": [vars(one) for one in found.lift_offs],
+                "notices": [dataclasses.asdict(one) for one in found.notices],
+            }
+        )
     else:
         print(found)
         if options.out is not None:
