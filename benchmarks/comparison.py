@@ -61,7 +61,7 @@ def judged(
     )
 
 
-def of_study(way: str, make: Callable[[], cc.StudyResult], known: dict[str, np.ndarray]) -> Row:
+def of_study(way: str, make: Callable[[], cc.results.StudyResult], known: dict[str, np.ndarray]) -> Row:
     start = time.process_time()
     result = make()
     bounds = np.stack(

@@ -79,14 +79,14 @@ def main() -> int:
     with TemporaryDirectory() as name:
         folder = Path(name)
         study(None, None, options.runs, folder / "whole.npz")
-        whole = cc.StudyResult.load(folder / "whole.npz")
+        whole = cc.results.StudyResult.load(folder / "whole.npz")
         for where in ("here", "pool"):
             wrong += kills(where, options.kills, options.runs, chance, folder, whole)
     return 1 if wrong else 0
 
 
 def kills(
-    where: str, count: int, runs: int, chance: random.Random, folder: Path, whole: cc.StudyResult
+    where: str, count: int, runs: int, chance: random.Random, folder: Path, whole: cc.results.StudyResult
 ) -> int:
     """Kill studies, one after the other; how many went wrong."""
     pieces, lost, differ = 0, [], 0
@@ -116,7 +116,7 @@ def kills(
         subprocess.run(
             [*command, str(folder / "again.npz")], env=environment, check=True, capture_output=True
         )
-        again = cc.StudyResult.load(folder / "again.npz")
+        again = cc.results.StudyResult.load(folder / "again.npz")
         new = len(list(store.glob("piece-*.npz"))) - kept
         same = again == whole
         lost.append(tried - kept)

@@ -11,6 +11,7 @@ from .base.quantities import (
     Interval as Interval,
     rpm as rpm,
 )
+from .decisions.allocation import allocate as allocate
 from .decisions.contrast import contrast as contrast
 from .decisions.identification import identify as identify
 from .decisions.lost_motion import lost_motion as lost_motion
@@ -61,7 +62,6 @@ from .study.bifurcation import bifurcation as bifurcation
 from .study.comparison import compare as compare
 from .study.conforming import conformance as conformance
 from .study.requirements.specification import require as require
-from .study.results import StudyResult as StudyResult
 from .study.study import Study as Study
 from .templates.reader import (
     load as load,

@@ -1,5 +1,6 @@
 """Types of the results, which functions and methods return."""
 
+from .decisions.allocation import Allocation, Tolerance
 from .decisions.contrast import Contrast, Difference, ShareDifference
 from .decisions.identification import Identification
 from .decisions.lost_motion import LostMotion
@@ -31,6 +32,7 @@ from .study.polynomials.sensitivity import VarianceShares
 from .study.polynomials.surrogate import PolynomialRange, Surrogate
 from .study.requirements.conformance import Conformance, Share
 from .study.requirements.specification import Specification
+from .study.results import StudyResult
 from .study.sweep import LiftOff, Resonance, Sweep
 from .templates.template import Parameter, Template
 from .tradeoffs.bounds import StudyTradeoff, StudyTradeoffPoint
@@ -40,6 +42,7 @@ from .tradeoffs.result import Tradeoff
 
 __all__ = [
     "Agreement",
+    "Allocation",
     "Band",
     "Bifurcation",
     "BoundErrors",
@@ -86,12 +89,14 @@ __all__ = [
     "Spectrum",
     "Stats",
     "StudyFunction",
+    "StudyResult",
     "StudyTradeoff",
     "StudyTradeoffPoint",
     "Surrogate",
     "Sweep",
     "Swing",
     "Template",
+    "Tolerance",
     "Tradeoff",
     "TradeoffPoint",
     "Triangular",

@@ -1,6 +1,7 @@
-"""Decisions of a designer: is a design better, does a model fit a trace, how does it vibrate, how far play.
+"""Decisions of a designer: is a design better, which tolerances cost least, does a model fit, and more.
 
-In: two studies and requirements, a scene, or bands and a measured trace; out: paired differences with exact
-intervals, natural frequencies and modes, positions and transmission angles, lost motion, shares of a trace
-inside bands, regions of parameters. Uses `study`, `execution`, `run`, `scene`, `report`, `plots` and `base`.
+In: studies with requirements and costs, a scene, or bands and a measured trace; out: paired differences with
+exact intervals, tolerances of least cost, natural frequencies and modes, positions and transmission angles,
+lost motion, shares of a trace inside bands, regions of parameters.
+Uses `templates`, `study`, `execution`, `run`, `scene`, `report`, `plots`, `data` and `base`.
 """

@@ -6,7 +6,11 @@ from .bands import (
     plot_sensitivity as plot_sensitivity,
 )
 from .bifurcations import plot_bifurcation as plot_bifurcation, plot_sweep as plot_sweep
-from .costs import plot_study_tradeoff as plot_study_tradeoff, plot_tradeoff as plot_tradeoff
+from .costs import (
+    plot_allocation as plot_allocation,
+    plot_study_tradeoff as plot_study_tradeoff,
+    plot_tradeoff as plot_tradeoff,
+)
 from .drawing.scene import plot_scene as plot_scene
 from .features import (
     plot_difference as plot_difference,

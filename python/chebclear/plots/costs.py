@@ -1,4 +1,4 @@
-"""Work-precision plots."""
+"""Plots of costs: work against precision, and tolerances for least cost."""
 
 from __future__ import annotations
 
@@ -8,15 +8,28 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.arguments import Checks, meant_or_known
+from ..base.prefixes import format_quantity
 from ..errors import UnknownNameError
-from ..scene.columns import column_unit, column_words
+from ..scene.columns import column_unit, column_words, plain_words
 from .axes import COLORS, MARKERS, line_style, new_axes
-from .labels import legend_columns, plain_numbers, set_labels, typeset, with_unit
+from .labels import (
+    lay_out,
+    legend_columns,
+    plain_numbers,
+    set_labels,
+    set_row_names,
+    set_x_label,
+    size_of,
+    text_width,
+    typeset,
+    with_unit,
+)
 from .subjects import require
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ..decisions.allocation import Allocation
     from ..tradeoffs.bounds import StudyTradeoff
     from ..tradeoffs.result import Tradeoff
 
@@ -245,3 +258,56 @@ def _legends_above(ax: Axes, title: str | None = None, guides: tuple[str, ...] =
         gap += legend.get_window_extent().height / ax.figure.dpi * 72.0
         if group is not lines:
             ax.add_artist(legend)
+
+
+def plot_allocation(allocation: Allocation, *, ax: Axes | None = None, **bars: Any) -> Axes:
+    """Draw which tolerances were closed and which opened, and by what factor.
+
+    Parameters
+    ----------
+    allocation : Allocation
+        What ``allocate`` returned.
+    ax : Axes, optional
+        Where to draw; a new figure if not given.
+    **bars
+        Passed to ``Axes.barh``.
+
+    Returns
+    -------
+    Axes
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> def shaft(gap, thread):
+    ...     return {"play": gap - thread}
+    >>> study = cc.Study(shaft, {"gap": cc.normal(10.1, 0.01), "thread": cc.normal(10.0, 0.01)})
+    >>> cost = {"gap": {0.02: 9, 0.04: 5}, "thread": {0.02: 6, 0.04: 4}}
+    >>> ax = cc.plots.plot_allocation(cc.allocate(study, cost, cc.require("play", above=0.05)))
+    """
+    require("allocation", allocation, "Allocation")
+    ax = new_axes(ax)
+    rows = list(allocation.values())
+    factors = np.array([one.after / one.before for one in rows])
+    set_row_names(ax, [plain_words(one.name) for one in rows])
+    ax.set_xscale("log")
+    colors = [COLORS[1] if factor > 1.0 else COLORS[0] for factor in factors]
+    look: dict[str, Any] = {"left": 1.0, "height": 0.6, "color": colors}
+    ax.barh(range(len(rows)), factors - 1.0, **(look | bars))
+    words = [" to ".join(format_quantity(size, one.unit) for size in (one.before, one.after)) for one in rows]
+    for row, (factor, text) in enumerate(zip(factors, words, strict=True)):
+        place = (max(float(factor), 1.0), float(row))
+        beside: dict[str, Any] = {"xytext": (5.0, 0.0), "textcoords": "offset points", "va": "center"}
+        ax.annotate(typeset(text), place, fontsize="small", **beside)
+    ax.axvline(1.0, color="0.2", linewidth=0.8)
+    lay_out(ax)
+    low, high = math.log(0.9 * min(1.0, *factors)), math.log(1.1 * max(1.0, *factors))
+    # The quantities stand to the right of the bars.
+    widest = max(text_width(text, float(ax.xaxis.label.get_fontsize())) for text in words)
+    ax.set_xlim(math.exp(low), math.exp(low + (high - low) / max(0.2, 1.0 - (widest + 5.0) / size_of(ax)[0])))
+    ticks = [tick for tick in (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0) if low <= math.log(tick) <= high]
+    ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    ax.set_xticks([], minor=True)
+    set_x_label(ax, "tolerance over that before [-]")
+    ax.set_title(f"cost {allocation.cost_before:.4g} before, {allocation.cost:.4g} after")
+    return ax

@@ -27,6 +27,7 @@ _WORDS = {
     "Difference": 'a feature of two designs, such as contrast(...)["peak force"]',
     "Agreement": 'what a measured trace is compared with: measured.compare(result["slider.x"])',
     "Identification": "an Identification, as identify returns it",
+    "Allocation": "an Allocation, as allocate returns it",
     "LostMotion": "a LostMotion, as lost_motion returns it",
     "Spectrum": 'a Spectrum, as run.spectrum("slider.ax") returns it',
     "Cycles": 'load cycles, as run.cycles("wrist.normal_force") returns them',

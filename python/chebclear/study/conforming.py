@@ -184,7 +184,7 @@ def shares_of(
     for stop in stops:
         begun = stop - done
         for place, found in zip(at, extremes, strict=True):
-            points = _at(runner, draws[done:stop], place)
+            points = placed(runner, draws[done:stop], place)
             if budget is not None:
                 left = max(budget - (time.perf_counter() - start), 0.0)
                 watching = replace(watching, execution=replace(watching.execution, max_seconds=left))
@@ -200,11 +200,11 @@ def shares_of(
                 found[index] = np.concatenate([found[index], more], axis=1)
         done += begun
         extremes = [[values[:, :done] for values in found] for found in extremes]
-        shares = _shares(asked, watched, at, extremes, confidence, failures, len(stops) if width else 1)
+        shares = shares_at(asked, watched, at, extremes, confidence, failures, len(stops) if width else 1)
         if done < stop or _is_enough(shares, failures, width):
             break
     most = max(share.runs for share in shares.values())
-    parameters = _at(runner, draws[:most], at[0])
+    parameters = placed(runner, draws[:most], at[0])
     return Conformance(shares, parameters, tuple(runner.parameters), seed, tuple(notices.values()))
 
 
@@ -286,7 +286,7 @@ def _of_runs(runner: Runner, result: StudyResult) -> Conformance:
         found = np.stack([lowest.min(axis=1), highest.max(axis=1)])
         extremes.append(np.concatenate([found, failed], axis=1))
     at = places(runner.parameters, 0, 0)
-    shares = _shares(runner.requirements, watched, at, [extremes], _CONFIDENCE, None)
+    shares = shares_at(runner.requirements, watched, at, [extremes], _CONFIDENCE, None)
     return Conformance(shares, result.parameters, result.parameter_names, None)
 
 
@@ -395,7 +395,7 @@ def _instants(settings: Settings) -> Array:
     return np.linspace(skip, skip + settings.duration, settings.samples)
 
 
-def _at(runner: Runner, draws: Array, place: dict[str, float]) -> Array:
+def placed(runner: Runner, draws: Array, place: dict[str, float]) -> Array:
     """Drawn points with these values of the parameters that are only known as intervals."""
     points = draws.copy()
     for column, name in enumerate(runner.parameters):
@@ -447,9 +447,9 @@ def extremes_of(runs: Runs, name: str, one: Specification, watched: Watched, poi
     return found
 
 
-def _shares(
-    asked: dict[str, Specification],
-    watched: dict[str, Watched],
+def shares_at(
+    asked: Mapping[str, Specification],
+    watched: Mapping[str, Watched],
     at: list[dict[str, float]],
     extremes: list[list[Array]],
     *how: Any,

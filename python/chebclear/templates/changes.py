@@ -14,7 +14,7 @@ from ..scene.scene import Scene
 from .toml_text import Path
 
 SECTIONS = (
-    *("format", "title", "parameters", "features", "requirements", "run"),
+    *("format", "title", "parameters", "features", "requirements", "costs", "run"),
     *(item.name for item in fields(Scene)),
 )
 """What may stand at the top of a scene file."""

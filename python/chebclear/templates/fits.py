@@ -53,3 +53,33 @@ def radial_clearance(fit: str) -> Interval:
     # Exact until the one rounding, as quantities are.
     lower, upper = (float(Fraction(diametral) / 2_000_000) for diametral in (least, most))
     return Interval(lower, upper)
+
+
+def grade_tolerance(size: float, grade: int) -> float:
+    """Half of the standard tolerance of a grade [m]: what a size may lie above and below its nominal value.
+
+    Parameters
+    ----------
+    size : float
+        Nominal size [m], from 1 mm to 500 mm: small play between parts is no size of a part.
+    grade : int
+        Number of the grade of ISO 286 [-], 5 to 11.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    FitError
+        If there is no such grade or size, or the optional package with the tables is not installed.
+    """
+    try:
+        from pressfit.tables import GRADES, it_value
+    except ImportError:
+        raise FitError("grades need the tables of the package pressfit: install chebclear[fits]") from None
+    if grade not in GRADES:
+        raise FitError(f"has no grade IT{grade}: those from IT{GRADES[0]} to IT{GRADES[-1]} are known")
+    if not 1e-3 <= size <= 0.5:
+        raise FitError(f"grades are those of sizes from 1 mm to 500 mm, got {1e3 * size:g} mm")
+    return float(Fraction(it_value(round(1e3 * size, 6), grade)) / 2_000_000)

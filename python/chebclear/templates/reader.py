@@ -17,6 +17,7 @@ from ..scene.functions import Expression as FormulaOfMotion, names_of_motion, un
 from ..scene.scene import Scene
 from ..scene.schema import Part, at_or_below
 from .changes import SECTIONS, changed
+from .costs import read_costs
 from .expressions import Expression, ExpressionError, ExpressionProblem, parse
 from .parameters import read_parameters
 from .run_table import check_names, read_features, read_requirements, read_run
@@ -199,6 +200,7 @@ class _Reader:
         run = read_run(self.file.get("run", {}), constants, self.values)
         features = read_features(self.file.get("features", {}), self.values)
         requirements = read_requirements(self.file.get("requirements", {}), self.values)
+        costs = read_costs(self.file.get("costs", {}), parameters, self.values)
         names = [item.name for item in fields(Scene)]
         for key in self.file:
             if key not in SECTIONS:
@@ -212,6 +214,7 @@ class _Reader:
             run=run,
             features=features,
             requirements=requirements,
+            costs=costs,
             source=self.file,
             _scene=scene,
             _expressions=tuple(self.expressions),

@@ -6,7 +6,7 @@ import copy
 import inspect
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 from typing import Any
@@ -101,6 +101,8 @@ class Template:
         Numbers that are to be found in every run, by name.
     requirements : Mapping[str, Specification]
         Limits that outputs and features must keep to, by name; see `Template.conformance`.
+    costs : Mapping[str, callable or mapping]
+        What tolerances of parameters cost, by name; see `chebclear.allocate`.
     source : Mapping[str, Any]
         The plain values of the file, as they were written.
     _scene : Mapping[str, Any]
@@ -114,6 +116,7 @@ class Template:
     run: Mapping[str, Any]
     features: Mapping[str, Feature]
     requirements: Mapping[str, Specification]
+    costs: Mapping[str, Callable[[float], float] | Mapping[str, float]]
     source: Mapping[str, Any]
     _scene: Mapping[str, Any] = field(repr=False)
     _expressions: Sequence[tuple[Path, Expression]] = field(repr=False)

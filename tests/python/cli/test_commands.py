@@ -103,7 +103,7 @@ def test_study_writes_what_its_table_says(tmp_path, capsys):
     words = ["study", CRANK, *BRIEF, "--runs", "5", "--outputs", "slider.x,slider.vx", "--out", str(out)]
     assert cli.main(words) == 0
     printed = capsys.readouterr().out
-    result = cc.StudyResult.load(out / "study.npz")
+    result = cc.results.StudyResult.load(out / "study.npz")
     direct = cc.load(CRANK).study(duration=1e-3, skip=0.0, samples=11, outputs=["slider.x", "slider.vx"])
     assert result == direct.band(5)
     told = findings(result).partition("\n")[2]  # the first line has the time it took

@@ -71,7 +71,7 @@ def test_a_result_with_holes_survives_a_file(grid, tmp_path):
         build, G, ["block.y"], features={"end": cc.features.peak("block.vy")}, **TIME
     ).chebyshev(degree=5)
     assert len(result.failures) == 7
-    again = cc.StudyResult.load(result.save(tmp_path / "holes"))
+    again = cc.results.StudyResult.load(result.save(tmp_path / "holes"))
     assert again == result and again.failures == result.failures
     assert len(result.features["end"].values) == 32
 

@@ -438,7 +438,7 @@ def test_a_killed_study_goes_on_to_the_same_bits(tmp_path, where):
     kept = len(pieces(tmp_path / "runs"))
     assert kept > 0
     subprocess.run(command, check=True, capture_output=True, timeout=300.0)
-    result = cc.StudyResult.load(tmp_path / "result.npz")
+    result = cc.results.StudyResult.load(tmp_path / "result.npz")
     whole = cc.Study(
         cc.mechanisms.slider_crank, BOX, ["slider.x", "slider.vx"], duration=0.012, samples=121
     ).scan(9)

@@ -163,7 +163,7 @@ def test_other_files_are_refused(run, tmp_path):
     with pytest.raises(ValueError, match="was not written by chebclear"):
         cc.Trajectory.load(tmp_path / "other.npz")
     with pytest.raises(ValueError, match="holds a trajectory, not a study"):
-        cc.StudyResult.load(run.save(tmp_path / "run.npz"))
+        cc.results.StudyResult.load(run.save(tmp_path / "run.npz"))
     np.save(tmp_path / "array.npy", np.zeros(3))
     np.savez(tmp_path / "facts.npz", metadata=np.array("[1, 2]"))
     for name, content in (("junk", b"nothing of the kind"), ("empty", b""), ("zip", b"PK\x03\x04 torn")):

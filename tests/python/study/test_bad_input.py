@@ -124,7 +124,7 @@ def test_a_member_with_a_damaged_name_is_damage(tmp_path, member, told):
         arrays["metadata"] = np.array(json.dumps(facts))
     np.savez(path, **arrays)
     with pytest.raises(ValueError, match="is damaged"):
-        cc.StudyResult.load(path)
+        cc.results.StudyResult.load(path)
 
 
 def test_a_fact_that_lacks_is_damage(tmp_path):
@@ -139,7 +139,7 @@ def test_a_fact_that_lacks_is_damage(tmp_path):
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             try:
-                cc.StudyResult.load(path)
+                cc.results.StudyResult.load(path)
             except ValueError as error:
                 assert "damaged" in str(error)
 

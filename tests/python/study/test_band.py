@@ -244,7 +244,7 @@ def test_results_are_values(wrist, tmp_path):
     assert copy.copy(wrist) == wrist and wrist.study is not None
     pickled = pickle.loads(pickle.dumps(wrist))
     assert pickled == wrist and pickled.study is None
-    loaded = cc.StudyResult.load(wrist.save(tmp_path / "wrist"))
+    loaded = cc.results.StudyResult.load(wrist.save(tmp_path / "wrist"))
     assert loaded == wrist and loaded.requirement == wrist.requirement
     assert repr(wrist).startswith("<StudyResult: band, 41 runs, slider.x")
 

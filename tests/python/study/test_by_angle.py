@@ -161,7 +161,7 @@ def test_revolutions_are_those_of_one_long_run(wrist):
 
 def test_results_by_angle_are_values(wrist, tmp_path):
     assert same(wrist_study(threads=1).band(9, revolutions=5).extend(6).bands, wrist.bands)
-    loaded = cc.StudyResult.load(wrist.save(tmp_path / "wrist"))
+    loaded = cc.results.StudyResult.load(wrist.save(tmp_path / "wrist"))
     assert loaded == wrist and loaded.requirement.revolutions.kept == 4
     assert repr(wrist).startswith("<StudyResult: band, 15 runs, slider.x")
     more = wrist_study().band(4, revolutions=5, rng=3, include=wrist)

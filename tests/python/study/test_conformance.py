@@ -188,7 +188,7 @@ class TestShares:
         assert again == found == pickle.loads(pickle.dumps(found)) and str(again) == str(found)
         assert again != cc.conformance(SHAFT, wanted, 51)
         with pytest.raises(ValueError, match="holds a conformance"):
-            cc.StudyResult.load(tmp_path / "found.npz")
+            cc.results.StudyResult.load(tmp_path / "found.npz")
 
     def test_ppk_is_cpk_of_a_normal_distribution_and_not_of_another(self):
         found = cc.conformance(SHAFT, {"play": cc.require("play", above=0.0, below=0.21)}, 40_000, rng=5)

@@ -350,7 +350,7 @@ class TestStudy:
             assert np.array_equal(result.features["force"].values[row], force)
             assert result.features["steps"].values[row, 0] == run.stats.steps
         assert np.array_equal(result.parameters, study.sample(5, rng=3).parameters)
-        loaded = cc.StudyResult.load(result.save(tmp_path / "study"))
+        loaded = cc.results.StudyResult.load(result.save(tmp_path / "study"))
         assert loaded == result and loaded.kind == "sample"
 
     def test_every_kind_of_study_has_its_table(self):
@@ -418,7 +418,7 @@ class TestStudy:
         assert "(normal, taken as an interval)" in str(result)
         with pytest.raises(ValueError, match="not those of their distributions"):
             result.features["mean"].quantile(0.5)
-        assert cc.StudyResult.load(result.save(tmp_path / "normal")) == result
+        assert cc.results.StudyResult.load(result.save(tmp_path / "normal")) == result
         assert "taken as" not in str(
             self.study({"mean": cc.features.mean("slider.x")}).sample(12).ranking("mean")
         )

@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from chebclear import ChebclearWarning, Interval, Study, StudyResult, bifurcation, mechanisms, study_tradeoff
+from chebclear import ChebclearWarning, Interval, Study, bifurcation, mechanisms, study_tradeoff
 from chebclear.features import loss as joint_loss, peak, rms
+from chebclear.results import StudyResult
 from chebclear.run import simulation
 from chebclear.scene.scene import compiled
 from chebclear.study.polynomials.points import leaves_out

@@ -240,10 +240,10 @@ def test_results_are_values(crank_result, scan, tmp_path):
         file = result.save(tmp_path / result.kind)
         assert file.suffix == ".npz"
         twins = [copy.copy(result), copy.deepcopy(result), pickle.loads(pickle.dumps(result))]
-        for twin in [*twins, cc.StudyResult.load(file)]:
+        for twin in [*twins, cc.results.StudyResult.load(file)]:
             assert twin == result
     assert crank_result != scan
-    again = cc.StudyResult.load(tmp_path / "chebyshev.npz")
+    again = cc.results.StudyResult.load(tmp_path / "chebyshev.npz")
     assert np.array_equal(again["slider.vx"].coefficients, crank_result["slider.vx"].coefficients)
     assert again.warnings == crank_result.warnings
 

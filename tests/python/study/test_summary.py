@@ -55,11 +55,11 @@ def test_predicted_worst_cases_are_simulated(study, tmp_path):
     assert "(there)" in row(str(result), "x")[-1]
     assert "a check simulates" not in str(result)
     assert "(kind band) bound noise" in str(result)
-    assert cc.StudyResult.load(result.save(tmp_path / "checked")) == result
+    assert cc.results.StudyResult.load(result.save(tmp_path / "checked")) == result
     with pytest.raises(ValueError, match="no output is resolved"):
         study.scan(3).check()
     with pytest.raises(ValueError, match=r"test_summary\..* did not travel with the result"):
-        cc.StudyResult.load(tmp_path / "checked.npz").check()
+        cc.results.StudyResult.load(tmp_path / "checked.npz").check()
 
 
 def test_a_value_whose_square_is_no_number_is_told_with_its_output():

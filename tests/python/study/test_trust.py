@@ -104,7 +104,7 @@ def test_saved_results_keep_their_bounds(tmp_path):
     study = cc.Study(build, box, ["slider.vx"], duration=0.01, samples=11, fixed={"clearance_at": ()})
     for bounds in ("range", "eq31"):
         result = study.chebyshev(3, bounds=bounds)
-        assert cc.StudyResult.load(result.save(tmp_path / bounds)) == result
+        assert cc.results.StudyResult.load(result.save(tmp_path / bounds)) == result
 
 
 def test_the_toggle_press_is_not_resolved():

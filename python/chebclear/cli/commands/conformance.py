@@ -1,4 +1,4 @@
-"""``chebclear conformance`` and ``contrast``: shares in specification of a file, and two designs in pairs."""
+"""``chebclear conformance``, ``contrast``, ``allocate``: shares in specification, two designs, least cost."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...base.writing import complete_folder, file_name
+from ...decisions.allocation import Allocation, allocate as cheapest_tolerances
 from ...decisions.contrast import Difference, contrast as compare_designs
 from ...study.requirements.conformance import Share
 from ...templates.reader import load
@@ -15,7 +16,7 @@ from ...templates.template import Template
 from ..bands import EXIT_NOT_MET, share_rows
 from ..figures import DPI
 from ..options import Commands, add_means, add_out, add_scene, add_settings, count, new_command, positive
-from ..output import print_json, require_writable, write_table
+from ..output import Rows, print_json, require_writable, write_table
 from ..plans import plan_of
 from ..scenes import changes_of, progress_of, settings_of, template_of
 
@@ -67,6 +68,7 @@ def add(commands: Commands) -> None:
     add_out(command, "conformance.txt, the table of shares (md, csv, json) and a PNG for every requirement")
     add_means(command)
     _add_contrast(commands)
+    _add_allocate(commands)
 
 
 def _add_contrast(commands: Commands) -> None:
@@ -88,6 +90,34 @@ def _add_contrast(commands: Commands) -> None:
     _add_chance(command, "value")
     add_settings(command, outputs=False)
     add_out(command, "contrast.txt, the table of features (md, csv, json) and a PNG for each")
+    add_means(command)
+
+
+def _add_allocate(commands: Commands) -> None:
+    command = new_command(
+        commands,
+        "allocate",
+        allocate,
+        "the tolerances of least cost that keep the requirements",
+        "Find the tolerances, of the parameters in the table [costs], with which the share of the mechanisms "
+        "keeps to the requirements at least cost, and prove it by fresh runs. Print them with what they "
+        "cost, and the share with its interval.",
+        "chebclear allocate press.toml --share 0.99",
+    )
+    add_scene(command)
+    command.add_argument(
+        "--share",
+        type=positive,
+        default=0.99,
+        metavar="X",
+        help="share of the mechanisms that keeps to all requirements [-] (default: %(default)s)",
+    )
+    command.add_argument(
+        "--runs", type=count, default=2000, metavar="N", help="runs that prove it (default: %(default)s)"
+    )
+    _add_chance(command, "share")
+    add_settings(command, outputs=False)
+    add_out(command, "allocation.txt, the table of tolerances (md, csv, json) and a picture")
     add_means(command)
 
 
@@ -209,6 +239,57 @@ def contrast(options: argparse.Namespace) -> int:
     return 0
 
 
+def allocate(options: argparse.Namespace) -> int:
+    """Run the command."""
+    template = template_of(options)
+    for name in ("requirements", "costs"):
+        if not getattr(template, name):
+            options.usage_error(f"give the file a table [{name}]: chebclear fields {name} tells how")
+    require_writable(options.out)
+    study = template.study(**_means(template, options))
+    if options.plan:
+        plan_of(study, "sample", {"runs": max(2, options.runs)}, options)
+        return 0
+    found = cheapest_tolerances(
+        study,
+        template.costs,
+        template.requirements,
+        options.share,
+        options.runs,
+        confidence=options.confidence,
+        rng=options.rng,
+    )
+    rows = _tolerance_rows(found)
+    if options.out is not None:
+        with complete_folder(options.out) as folder:
+            write_table(rows, folder, "allocation")
+            (folder / "allocation.txt").write_text(f"{found}\n", encoding="utf-8")
+            _draw({"allocation": found}, folder)
+    if options.json:
+        facts = {"status": found.status, "cost": found.cost, "saving": found.saving, "seed": found.seed}
+        print_json({**facts, "tolerances": rows, "shares": share_rows(found.verified)})
+    else:
+        print(found)
+        if options.out is not None:
+            print(f"wrote    {options.out / 'allocation.txt'} and more beside it")
+    return 0 if found.status in ("met", "always") else EXIT_NOT_MET
+
+
+def _tolerance_rows(found: Allocation) -> Rows:
+    return [
+        {
+            "parameter": name,
+            "unit": one.unit,
+            "before": one.before,
+            "after": one.after,
+            "grade": one.grade,
+            "cost before": one.cost_before,
+            "cost after": one.cost_after,
+        }
+        for name, one in found.items()
+    ]
+
+
 def _means(template: Template, options: argparse.Namespace) -> dict[str, Any]:
     """Keywords of a study of the file."""
     return {
@@ -221,8 +302,8 @@ def _means(template: Template, options: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-def _draw(found: Mapping[str, Share] | Mapping[str, Difference], folder: Path) -> None:
-    """A picture for every requirement or feature."""
+def _draw(found: Mapping[str, Share | Difference | Allocation], folder: Path) -> None:
+    """A picture for every requirement or feature, or of tolerances."""
     from matplotlib.figure import Figure
 
     for name, one in found.items():

@@ -16,8 +16,8 @@ from ..polynomials.points import sobol_points
 
 Array = NDArray[np.float64]
 
-# Parameters that are only known as intervals: their corners are two to this power.
-_MOST_INTERVALS = 6
+MOST_INTERVALS = 6
+"""Most parameters that are only known as intervals [-]: their corners are two to this power."""
 
 
 def check_drawn(checks: Checks, parameters: object) -> None:
@@ -29,10 +29,10 @@ def check_drawn(checks: Checks, parameters: object) -> None:
             "no parameter has a distribution: an interval says nothing of how often its values occur; give "
             "cc.normal(mean, standard_deviation), cc.lognormal, cc.uniform or cc.triangular in its place"
         )
-    if len(sides) > _MOST_INTERVALS:
+    if len(sides) > MOST_INTERVALS:
         checks.add(
             f"{len(sides)} parameters are only known as intervals, whose corners are too many; at most "
-            f"{_MOST_INTERVALS} are accepted: give the others a distribution"
+            f"{MOST_INTERVALS} are accepted: give the others a distribution"
         )
 
 

@@ -17,7 +17,7 @@ from ..expressions import CONSTANTS, FUNCTIONS
 from ..parameters import DISTRIBUTIONS
 from ..reader import FORMAT
 from ..run_table import UNITS
-from .json_schema import PARAMETER, REQUIREMENT, accepted_words, summary
+from .json_schema import CATALOG, COST, PARAMETER, REQUIREMENT, accepted_words, summary
 
 WIDTH = 100
 """Columns of the tables in plain text [-]."""
@@ -80,7 +80,7 @@ def field_tables() -> list[FieldTable]:
     for key, choices in held.items():
         section = key if "law" in key else "torque = { function = ... }"
         tables += [_table(section, part) for part in choices]
-    return [*tables, _run(), _features(), _requirements()]
+    return [*tables, _run(), _features(), _requirements(), _costs()]
 
 
 def page(tables: list[FieldTable]) -> str:
@@ -241,6 +241,18 @@ def _requirements() -> FieldTable:
         for name, property in REQUIREMENT["properties"].items()
     ]
     return FieldTable("[requirements]", "", words, tuple(rows))
+
+
+def _costs() -> FieldTable:
+    words = (
+        "What the tolerance of a parameter costs, half of its interval, for ``chebclear allocate``. A wider "
+        "one may not cost more."
+    )
+    rows = (
+        FieldRow("NAME", "text", "-", f"{capital(COST['description'])}."),
+        FieldRow("NAME", "table of numbers", "-", f"{capital(CATALOG['description'])}."),
+    )
+    return FieldTable("[costs]", "", words, rows)
 
 
 def _table(section: str, part: type[Part]) -> FieldTable:

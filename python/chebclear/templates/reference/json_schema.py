@@ -51,6 +51,11 @@ def scene_file_schema() -> dict[str, Any]:
             "type": "object",
             "additionalProperties": REQUIREMENT,
         },
+        "costs": {
+            "description": "What tolerances of parameters cost, by name.",
+            "type": "object",
+            "additionalProperties": {"anyOf": [COST, CATALOG]},
+        },
         "run": {
             "description": "Settings of runs and studies.",
             "type": "object",
@@ -97,6 +102,15 @@ REQUIREMENT: dict[str, Any] = {
         "at": _number("when alone it must be kept: an instant [s], or a crank angle such as '90 deg'"),
         "joint": {"description": "joint of the crank, if it is not that of the only drive", **_TEXT},
     },
+}
+COST: dict[str, Any] = {
+    "description": "the cost as an expression of tolerance, in SI units, such as '3 + 2e-5 / tolerance'",
+    **_TEXT,
+}
+CATALOG: dict[str, Any] = {
+    "description": "costs by tolerance, such as '20 um', or by ISO grade, such as IT7",
+    "type": "object",
+    "additionalProperties": {"type": ["number", "string"]},
 }
 PARAMETER: dict[str, Any] = {
     "type": "object",

@@ -1,0 +1,277 @@
+"""Tolerances for least cost: how wide each may be, so that requirements are kept."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.random import Generator
+
+from ..base.named import Named
+from ..base.prefixes import format_quantity
+from ..base.shown import Shown, listed
+from ..base.tables import format_table
+from ..errors import ArgumentTypeError
+from ..report import html
+from ..report.document import Table
+from ..run.notices import Notice, issue
+from ..scene.distributions import Distribution
+from ..scene.scene import Interval
+from ..study.requirements.conformance import Conformance
+from ..study.requirements.specification import Specification
+from ..study.study import Study
+from .least_cost.search import checked_search
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# Relative distance of a tolerance from the end of what is searched at which it is there.
+_AT_END = 1e-6
+Status = Literal["met", "always", "unproven", "scatter", "others"]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Tolerance(Shown):
+    """The tolerance of a parameter before and after: half of its interval.
+
+    Attributes
+    ----------
+    name : str
+        Name of the parameter.
+    unit : str
+        SI unit; empty if it is not known.
+    before, after : float
+        What it may lie above and below its nominal value [SI unit of the parameter]; three standard
+        deviations where it is normal.
+    grade : str
+        ISO grade of the tolerance after, where the catalog has grades, such as ``"IT7"``; else empty.
+    cost_before, cost_after : float
+        What they cost; NaN where a catalog has nothing as tight.
+    """
+
+    name: str
+    unit: str
+    before: float
+    after: float
+    grade: str
+    cost_before: float
+    cost_after: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Allocation(Named[Tolerance]):
+    """The cheapest tolerances that keep requirements; see `allocate`.
+
+    Attributes
+    ----------
+    tolerances : dict[str, Tolerance]
+        Those of the parameters that have a cost.
+    status : {"met", "always", "unproven", "scatter", "others"}
+        ``"met"``: fresh runs prove the share. ``"always"``: they do so at the widest tolerances, which the
+        requirements do not limit. ``"unproven"``: they do not, but may with more runs. Where no tolerance
+        helps, since the tightest ones do not keep the requirements: ``"scatter"`` if most of the variance is
+        scatter that no parameter explains, as of impacts; else ``"others"``, nominal values or parameters
+        without a cost.
+    share : float
+        Share of the mechanisms that is to keep to all requirements [-]; 1 where all parameters are only
+        intervals.
+    aimed : float
+        Share for which the model found the tolerances [-]: larger, so that the runs can prove the other.
+    verified : Conformance
+        Shares of fresh runs with these tolerances, with intervals at the confidence of their look; where all
+        parameters are only intervals, of mechanisms spread evenly, beside the corners.
+    parameters : dict[str, Interval | Distribution]
+        All parameters with the tolerances found, for `Study`.
+    saving : dict[str, float]
+        What the cost falls by for each requirement whose limits are widened, to both sides [1 over the SI
+        unit of its quantity]: minus the derivative of the cost; by the best single step where there are
+        steps. NaN where no tolerance helps.
+    scatter : float
+        Share of the variance of a limited quantity, with these tolerances, that no parameter explains [-].
+    runs : int
+        Runs made [-].
+    seed : int
+        Seed of the draws: ``rng=seed`` repeats them.
+    notices : tuple[Notice, ...]
+        Warnings of the runs, each kind once.
+    """
+
+    tolerances: dict[str, Tolerance]
+    status: Status
+    share: float
+    aimed: float
+    verified: Conformance
+    parameters: dict[str, Interval | Distribution]
+    saving: dict[str, float]
+    scatter: float
+    runs: int
+    seed: int
+    notices: tuple[Notice, ...] = ()
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return tuple(self.tolerances)
+
+    def _entry(self, name: str) -> Tolerance:
+        return self.tolerances[name]
+
+    @property
+    def cost_before(self) -> float:
+        """Cost of the tolerances of the study; NaN where a catalog has nothing as tight."""
+        return math.fsum(one.cost_before for one in self.tolerances.values())
+
+    @property
+    def cost(self) -> float:
+        """Cost of the tolerances found."""
+        return math.fsum(one.cost_after for one in self.tolerances.values())
+
+    @property
+    def table(self) -> Table:
+        """One row for each tolerance."""
+        rows = [
+            [
+                one.name,
+                format_quantity(one.before, one.unit),
+                f"{format_quantity(one.after, one.unit)} {one.grade}".strip(),
+                *(f"{cost:.4g}" for cost in (one.cost_before, one.cost_after)),
+            ]
+            for one in self.tolerances.values()
+        ]
+        rows.append(["all", "", "", f"{self.cost_before:.4g}", f"{self.cost:.4g}"])
+        return Table("Tolerances", ["parameter", "before", "after", "cost before", "cost after"], rows)
+
+    def __repr__(self) -> str:
+        return f"<Allocation: {self.status}, {listed(self._names, most=4)}>"
+
+    def __str__(self) -> str:
+        table = self.table
+        rows = [[str(cell) for cell in row] for row in table.rows]
+        return f"{_WORDS[self.status]}\n{format_table(table.head, rows)}\n{self.verified}"
+
+    def _repr_html_(self) -> str:
+        return html.fragment(_WORDS[self.status], [self.table, self.verified.table])
+
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Draw by how much each tolerance was closed or opened; see `plot_allocation`."""
+        from ..plots.costs import plot_allocation
+
+        return plot_allocation(self, ax=ax)
+
+
+_WORDS: dict[Status, str] = {
+    "met": "the least cost that keeps the requirements, proven by fresh runs",
+    "always": "the widest tolerances keep the requirements, proven by fresh runs",
+    "unproven": "the least cost of the model; the runs do not prove it: ask for more",
+    "scatter": "no tolerance helps: scatter that no parameter explains breaks the requirements",
+    "others": "no tolerance helps: nominal values or parameters without a cost break the requirements",
+}
+
+
+def allocate(
+    study: Study,
+    cost: Mapping[str, Callable[[float], float] | Mapping[str, float] | Mapping[float, float]],
+    specifications: Specification | Sequence[Specification] | Mapping[str, Specification] | None = None,
+    share: float = 0.99,
+    runs: int = 2000,
+    *,
+    confidence: float = 0.95,
+    rng: int | Generator | None = 0,
+) -> Allocation:
+    """The tolerances of least cost with which so many mechanisms keep to all specifications.
+
+    A tolerance is half of the interval of a parameter, three standard deviations where it is normal; nominal
+    values stay. Polynomials of what runs exceed the limits by, with their scatter, are fitted around the
+    tolerances until these no longer change. Then fresh runs count; where they do not prove the share, the
+    model is corrected by them, and the next design is verified by others, at half of the risk. A parameter
+    that is only an `Interval` takes its worst corner; if all are, all mechanisms must keep to the
+    specifications.
+
+    Parameters
+    ----------
+    study : Study
+        The mechanism, or a model of your own, with the tolerances before.
+    cost : mapping of str to callable or mapping
+        For each parameter whose tolerance may change, the cost as a function of the tolerance [SI unit], such
+        as ``lambda t: 3.0 + 2e-5 / t``, searched from a tenth to ten times the tolerance of the study but no
+        further than half of the nominal value; or a catalog, ``{"10 um": 7.5, "20 um": 5.0}`` or, by ISO
+        grades of the nominal length, ``{"IT7": 9.0, "IT8": 6.0}``: plus and minus half of the standard
+        tolerance. Beside catalogs functions are taken at ten tolerances a decade. A wider tolerance may not
+        cost more.
+    specifications : Specification, or sequence or mapping of them by name, optional
+        What to keep to, made by `require`; the requirements of the study if not given.
+    share : float
+        Share of the mechanisms that is to keep to all specifications [-].
+    runs : int
+        Runs that verify a design [-]. The more, the less must be paid for their uncertainty.
+    confidence : float
+        Probability that a proven share is true, over all designs that were verified [-].
+    rng : int, numpy.random.Generator or None
+        Seed or generator of the draws; None for fresh ones. The seed is kept with the result.
+
+    Returns
+    -------
+    Allocation
+
+    Raises
+    ------
+    ValueError, TypeError
+        If an argument is wrong, a cost falls with a tighter tolerance, the runs are too few for the share or
+        no mechanism keeps to a specification; all problems are listed.
+    ImportError
+        If a cost is a function and SciPy is not installed.
+    SceneError, SimulationError
+        As `Study.sample`. A mechanism that fails counts as outside.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> def stack(plate, spacer):
+    ...     return {"gap": 50.5 - plate - 2 * spacer}
+    >>> study = cc.Study(stack, {"plate": cc.normal(30.0, 0.02), "spacer": cc.normal(10.0, 0.02)})
+    >>> cost = {"plate": {0.03: 5, 0.06: 3, 0.12: 2}, "spacer": {0.03: 6, 0.06: 4, 0.12: 2}}
+    >>> found = cc.allocate(study, cost, cc.require("gap", above=0.4, below=0.6))
+    >>> found.status, {name: one.after for name, one in found.items()}
+    ('met', {'plate': 0.06, 'spacer': 0.03})
+    """
+    if not isinstance(study, Study):
+        raise ArgumentTypeError(f"study must be a Study, got {study!r:.80}")
+    search = checked_search(study.runner, cost, specifications, share, runs, confidence, rng)
+    best = search.found()
+    design, is_met = best.design, best.missing < 0.0
+    is_refuted = search.is_worst_case or list(best.verified.values())[-1].upper < search.share
+    status: Status = "met" if is_met else "unproven"
+    if is_met and np.allclose(design, search.high, rtol=_AT_END):
+        status = "always"
+    elif not is_met and is_refuted and np.allclose(design, search.low, rtol=_AT_END):
+        status = "scatter" if best.model.scatter > 0.5 else "others"
+    notices = tuple(search.notices.values())
+    issue(notices)
+    return Allocation(
+        tolerances={
+            name: Tolerance(
+                name,
+                search.runner.units.get(name, ""),
+                before,
+                after,
+                price.grades.get(after, ""),
+                price.at(before),
+                price.at(after),
+            )
+            for (name, price), before, after in zip(
+                search.prices.items(), search.before.tolist(), design.tolist(), strict=True
+            )
+        },
+        status=status,
+        share=search.share,
+        aimed=1.0 - best.outside,
+        verified=best.verified,
+        parameters=search.parameters(design),
+        saving=search.saving(best) if best.keeps else dict.fromkeys(search.asked, math.nan),
+        scatter=best.model.scatter,
+        runs=search.made,
+        seed=search.seed,
+        notices=notices,
+    )

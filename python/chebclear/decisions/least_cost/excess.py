@@ -1,0 +1,244 @@
+"""The cheapest tolerances that keep limits, by polynomials of what mechanisms exceed the limits by."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from statistics import NormalDist
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...data.needed import needed
+from ...scene.scene import Interval
+from ...study.features.effects import best_degree, fits_of, left_out, legendre_terms
+
+Array = NDArray[np.float64]
+
+# Errors of a plane at left-out runs, over the deviation of their values, that are those of rounding.
+_ROUNDING = 1e-9
+# To which part costs and tolerances are found: where draws count, they are not known better.
+_EXACT, _DRAWN = 1e-14, 1e-5
+# Halvings that find a level of a distribution to its rounding.
+_HALVINGS = 80
+_NORMAL = NormalDist()
+
+
+class Exceeded(NamedTuple):
+    """How far the limits must be widened so that the allowed share of the mechanisms stays outside."""
+
+    values: Array
+    """For each corner of the parameters that are only intervals; below 0 if the limits suffice."""
+    slopes: Array
+    """Their derivatives by the tolerances, shape (corners, parameters)."""
+    parts: Array
+    """How much of this each limit takes, a share, shape (corners, limits)."""
+
+
+@dataclass(frozen=True, eq=False)
+class ExcessModel:
+    """What mechanisms exceed limits by, as polynomials in the parameters and the remaining scatter."""
+
+    nominal: Array
+    """Nominal values of the parameters [SI units]."""
+    box: tuple[Array, Array]
+    """Midpoints and half-widths of the intervals of the runs that it was fitted to [SI units]."""
+    powers: NDArray[np.int64]
+    """Degrees of the terms, shape (terms, parameters)."""
+    terms: Array
+    """Their coefficients, shape (terms, limits)."""
+    rest: Array
+    """What each run exceeds the polynomial by, shape (runs, limits)."""
+    deviations: Array
+    """Standard deviations of the values in the runs, shape (limits,)."""
+    draws: Array
+    """Distances of mechanisms from the nominal values, in tolerances; NaN for what is only an interval,
+    shape (draws, parameters). The same for all tolerances: designs differ by nothing else."""
+    corners: Array
+    """The same of the corners of what is only an interval; NaN for the others, as `draws`."""
+    is_normal: bool
+    """Whether the values are normally distributed: a plane of normal parameters."""
+
+    @classmethod
+    def fitted(
+        cls,
+        sides: Sequence[Interval],
+        points: Array,
+        excess: Array,
+        draws: Array,
+        corners: Array,
+        all_normal: bool,
+    ) -> ExcessModel:
+        """The model of runs in a box, of what they exceed each limit by, shape (runs, limits)."""
+        nominal, middle, half = np.array([(one.nominal, one.midpoint, one.half_width) for one in sides]).T
+        fits = fits_of((points - middle) / half)
+        deviations = excess.std(axis=0)
+        plane = fits[min(1, len(fits) - 1)]
+        errors = np.array([left_out(plane, values) for values in excess.T]).T
+        is_plane = bool(np.all(np.abs(errors) <= _ROUNDING * deviations))
+        fit = plane if is_plane else fits[max(best_degree(fits, values) for values in excess.T)]
+        rest = (excess - fit.fitted(excess)) / np.sqrt(1.0 - fit.leverage)[:, None]
+        # One quantity: its distances from both limits have a constant sum.
+        single = excess.shape[1] == 1 or (excess.shape[1] == 2 and np.ptp(excess.sum(axis=1)) < _ROUNDING)
+        is_normal = bool(is_plane and single and all_normal)
+        terms = fit.solve(excess)
+        return cls(nominal, (middle, half), fit.powers, terms, rest, deviations, draws, corners, is_normal)
+
+    @property
+    def precision(self) -> float:
+        """To which part the cheapest tolerances can be known [-]: draws leave them uncertain."""
+        return _EXACT if self.is_normal or np.isnan(self.draws).all() else _DRAWN
+
+    @property
+    def scatter(self) -> float:
+        """The largest share of the variance of a value that no parameter explains [-]."""
+        variances = np.where(self.deviations > 0.0, self.deviations, np.inf) ** 2
+        return float(np.max(np.mean(self.rest**2, axis=0) / variances))
+
+    def exceeded(self, tolerances: Array, outside: float) -> Exceeded:
+        """How far the limits must be widened with these tolerances to leave a share `outside` [-]."""
+        find = self._of_normal if self.is_normal else self._of_draws
+        rows = [find(tolerances, outside, corner) for corner in self.corners]
+        values, slopes, parts = zip(*rows, strict=True)
+        return Exceeded(np.array(values), np.array(slopes), np.array(parts))
+
+    def _of_draws(self, tolerances: Array, outside: float, corner: Array) -> tuple[float, Array, Array]:
+        """By the ordered values of the draws. Slopes are the means over those ranked near to the one."""
+        places = np.where(np.isnan(self.draws), corner, self.draws)
+        middle, half = self.box
+        cube = (self.nominal + tolerances * places - middle) / half
+        rest = self.rest[np.arange(len(places)) % len(self.rest)]
+        each = legendre_terms(cube, self.powers) @ self.terms + rest
+        highest = each.max(axis=1)
+        rank = int(outside * len(places))
+        order = np.argsort(-highest)[: 2 * rank + 1]
+        near = order[rank // 2 :]
+        limit = each[near].argmax(axis=1)
+        rows = np.arange(len(near))
+        along = [
+            (legendre_terms(cube[near], self.powers, axis) @ self.terms)[rows, limit]
+            for axis in range(len(half))
+        ]
+        slopes = np.mean(np.array(along).T / half * places[near], axis=0)
+        parts = np.bincount(limit, minlength=each.shape[1]) / len(near)
+        return float(highest[order[rank]]), slopes, parts
+
+    def _of_normal(self, tolerances: Array, outside: float, corner: Array) -> tuple[float, Array, Array]:
+        """By the normal distribution: the probabilities beyond both limits, which exclude each other."""
+        middle, half = self.box
+        cube = ((self.nominal - middle) / half)[None, :]
+        along = [legendre_terms(cube, self.powers, axis)[0] @ self.terms for axis in range(len(half))]
+        slopes = np.array(along).T / half
+        shift = np.where(np.isnan(corner), 0.0, corner)
+        means = legendre_terms(cube, self.powers)[0] @ self.terms + slopes @ (shift * tolerances)
+        # Three standard deviations are a tolerance.
+        own = np.where(np.isnan(corner), slopes[0] / 3.0, 0.0)
+        deviation = float(np.linalg.norm(own * tolerances))
+        if deviation == 0.0:
+            return float(means.max()), slopes[means.argmax()] * shift, np.eye(len(means))[means.argmax()]
+        low, high = means.min() - 40.0 * deviation, means.max() + 40.0 * deviation
+        for _ in range(_HALVINGS):
+            level = 0.5 * (low + high)
+            beyond = sum(_NORMAL.cdf((mean - level) / deviation) for mean in means)
+            low, high = (level, high) if beyond > outside else (low, level)
+        distances = (means - level) / deviation
+        parts = np.exp(-0.5 * (distances**2 - np.min(distances**2)))
+        parts /= parts.sum()
+        widening = own**2 * tolerances / deviation
+        return level, parts @ (slopes * shift - distances[:, None] * widening), parts
+
+
+Cost = Callable[[float], float]
+Keeps = Callable[[Array], Exceeded]
+"""What the limits must be widened by with tolerances of the parameters that have a cost."""
+
+
+def cheapest(
+    exceeded: Keeps, costs: Sequence[Cost], start: Array, ends: tuple[Array, Array], precision: float
+) -> Array | None:
+    """The cheapest tolerances between two ends, to a part of the cost; None if the tightest fail."""
+    low, high = ends
+    if exceeded(low).values.max() > 0.0:
+        return None
+    if exceeded(high).values.max() <= 0.0:
+        return high
+    begin = _at_the_limit(exceeded, start, low, high, precision)
+    size = total(costs, begin) or 1.0
+
+    def slope(change: Array) -> Array:
+        tolerances = begin * np.exp(change)
+        return cost_slopes(costs, tolerances) * tolerances / size
+
+    found = needed("scipy.optimize", "allocate with costs that are functions").minimize(
+        lambda change: total(costs, begin * np.exp(change)) / size,
+        np.zeros(len(begin)),
+        jac=slope,
+        bounds=np.log(np.column_stack([low, high]) / begin[:, None]),
+        constraints={
+            "type": "ineq",
+            "fun": lambda change: -exceeded(begin * np.exp(change)).values,
+            "jac": lambda change: -exceeded(begin * np.exp(change)).slopes * begin * np.exp(change),
+        },
+        method="SLSQP",
+        options={"ftol": precision, "maxiter": 50},
+    )
+    return _at_the_limit(exceeded, np.clip(begin * np.exp(found.x), low, high), low, high, precision)
+
+
+def _at_the_limit(exceeded: Keeps, tolerances: Array, low: Array, high: Array, precision: float) -> Array:
+    """Tolerances times the largest factor, within their ends, that keeps the limits."""
+    span = float(np.max(np.log(high / low)))
+    least, most = -span, span
+    while most - least > max(precision, 1e-12):
+        middle = 0.5 * (least + most)
+        keeps = exceeded(np.clip(tolerances * math.exp(middle), low, high)).values.max() <= 0.0
+        least, most = (middle, most) if keeps else (least, middle)
+    return np.clip(tolerances * math.exp(least), low, high)
+
+
+def cheapest_of(exceeded: Keeps, choices: Sequence[Array], costs: Sequence[Array]) -> tuple[int, ...] | None:
+    """The number of the cheapest choice of each tolerance, by branch and bound; None if the tightest fail.
+
+    Choices begin with the tightest, and costs do not rise. A wider tolerance is taken not to keep limits that
+    a tighter one breaks.
+    """
+    best: tuple[float, tuple[int, ...] | None] = math.inf, None
+
+    def spent(chosen: tuple[int, ...]) -> float:
+        """Cost with all others at their coarsest."""
+        return math.fsum(own[chosen[place] if place < len(chosen) else -1] for place, own in enumerate(costs))
+
+    def keeps(chosen: tuple[int, ...]) -> bool:
+        """Whether it can still keep the limits, with all others at their tightest."""
+        tolerances = [own[chosen[place] if place < len(chosen) else 0] for place, own in enumerate(choices)]
+        return bool(exceeded(np.array(tolerances)).values.max() <= 0.0)
+
+    def visit(chosen: tuple[int, ...]) -> None:
+        nonlocal best
+        if spent(chosen) >= best[0] or not keeps(chosen):
+            return
+        if len(chosen) == len(choices):
+            best = spent(chosen), chosen
+            return
+        for choice in reversed(range(len(choices[len(chosen)]))):
+            visit((*chosen, choice))
+
+    visit(())
+    return best[1]
+
+
+def total(costs: Sequence[Cost], tolerances: Array) -> float:
+    """The sum of the costs."""
+    return math.fsum(cost(float(one)) for cost, one in zip(costs, tolerances, strict=True))
+
+
+def cost_slopes(costs: Sequence[Cost], tolerances: Array) -> Array:
+    """Derivative of each cost by its tolerance."""
+    step = 1e-5  # relative; the error is its square
+    rises = [
+        cost(t * (1.0 + step)) - cost(t * (1.0 - step))
+        for cost, t in zip(costs, map(float, tolerances), strict=True)
+    ]
+    return np.array(rises) / (2.0 * step * tolerances)

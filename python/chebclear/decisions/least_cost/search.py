@@ -1,0 +1,385 @@
+"""The search of `allocate`: models around tolerances, the cheapest ones by them, and fresh runs of these."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import astuple, dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.random import Generator, default_rng
+from numpy.typing import NDArray
+
+from ...base.arguments import Checks
+from ...base.tables import format_ends
+from ...errors import ArgumentError
+from ...execution.failures import AllFailedError
+from ...run.notices import Notice
+from ...scene.distributions import Distribution, Normal, Uniform
+from ...scene.scene import Interval
+from ...study.conforming import Watched, extremes_of, placed, shares_at, watching_for
+from ...study.polynomials.points import uniform_points
+from ...study.requirements.conformance import Conformance
+from ...study.requirements.draws import MOST_INTERVALS, drawn, places
+from ...study.requirements.exact import binomial_cdf, exact_interval
+from ...study.requirements.specification import Specification, checked_specifications
+from ...study.runner import Runner
+from ...study.sources.finished import FinishedRuns
+from ...study.sources.scenes import MOST_RUNS
+from ...study.spec import declared_order
+from .costs import Price, prices_of
+from .excess import Exceeded, ExcessModel, Keeps, cheapest, cheapest_of, cost_slopes
+
+Array = NDArray[np.float64]
+
+LOOKS = 3
+"""Designs that are verified, each by fresh runs and at half of the risk of the one before."""
+# Probability that the runs prove a design whose share outside is the one aimed at.
+_POWER = 0.9
+# Least and most runs for a model, between them a quarter of those that verify.
+_MODEL_RUNS = (200, 1000)
+# Times that tolerances may change by within the reach of a model; models for a design.
+_TRUST, _MODELS = 3.0, 6
+# Change of tolerances up to which a model made with the earlier ones is that of the later ones too.
+_SETTLED = 0.05
+# Mechanisms of which a model tells the share outside: so many, or so many outside, and the most of them.
+_DRAWS, _DRAWS_OUTSIDE, _MOST_DRAWS = 20_000, 50, 200_000
+# Part of the deviation of a quantity within which a limit binds, and of a tolerance that is at its end.
+_BINDS = 1e-4
+
+
+class Found(NamedTuple):
+    """A design and the fresh runs that verify it."""
+
+    design: Array
+    """Tolerances of the parameters that have a cost."""
+    keeps: bool
+    """Whether it keeps the limits by the model."""
+    model: ExcessModel
+    """The model by which it is the cheapest; if it does not keep the limits, the tightest."""
+    outside: float
+    """Share outside that the model leaves [-]."""
+    offset: float
+    """What earlier runs exceeded earlier models by, in deviations of the quantities."""
+    verified: Conformance
+    """Shares of fresh runs."""
+    missing: float
+    """What the limits must be widened by for these to prove the share; below 0 if they do."""
+
+
+@dataclass(eq=False)
+class Search:
+    """What `allocate` looks for, and the runs that it made."""
+
+    runner: Runner
+    """The study, with the tolerances before."""
+    asked: dict[str, Specification]
+    """The requirements."""
+    prices: dict[str, Price]
+    """What tolerances cost."""
+    share: float
+    """Share of the mechanisms that is to keep to all requirements [-]; 1 without distributions."""
+    count: int
+    """Runs that verify a design [-]."""
+    confidence: float
+    """Of all that is proven together [-]."""
+    seed: int
+    """Seed of all runs."""
+    watching: Runner
+    """The study with what its runs must keep for the requirements."""
+    watched: dict[str, Watched]
+    """What is taken from them."""
+    made: int = 0
+    """Runs made [-]."""
+    notices: dict[object, Notice] = field(default_factory=dict)
+    """Warnings of the runs."""
+
+    def __post_init__(self) -> None:
+        self._order = declared_order(self.runner.build, self.runner.parameters)
+        self._own = [list(self.runner.parameters).index(name) for name in self.prices]
+        sides = self.runner.intervals.values()
+        self._nominal, self._every = np.array([(side.nominal, side.half_width) for side in sides]).T
+        self.low, self.high = np.array([(price.low, price.high) for price in self.prices.values()]).T
+        # Which end of which quantity: 0 the lower, 1 the upper.
+        self._limits = [
+            (name, end)
+            for name, one in self.watched.items()
+            for end in (0, 1)
+            if math.isfinite(one.limits[end])
+        ]
+        self._scales = np.empty(0)
+
+    @property
+    def before(self) -> Array:
+        """Tolerances of the study that have a cost."""
+        return np.asarray(self._every[self._own])
+
+    @property
+    def is_worst_case(self) -> bool:
+        """Whether all mechanisms must keep to the requirements: no parameter has a distribution."""
+        return not self.runner.random
+
+    def parameters(self, design: Array) -> dict[str, Interval | Distribution]:
+        """All parameters with these tolerances."""
+        factors = dict(zip(self.prices, design / self.before, strict=True))
+        return {
+            name: _scaled(one, factors[name]) if name in factors else one
+            for name, one in self.runner.parameters.items()
+        }
+
+    def found(self) -> Found:
+        """The cheapest design that fresh runs prove, or else the last one.
+
+        Runs and model agree at the end: that the design keeps the limits, or that none does. Where they do
+        not, the model is corrected by what the runs exceeded it by.
+        """
+        design, offset = self.before, 0.0
+        proven: Found | None = None
+        for look in range(LOOKS):
+            level, allowed, outside = self.aim(look)
+            design, keeps, model = self.settled(design, outside, offset)
+            verified, missing = self.verified(design, level, allowed)
+            last = Found(design, keeps, model, outside, offset, verified, missing)
+            if missing < 0.0:
+                proven = last
+            if keeps == (missing < 0.0):
+                break
+            offset += missing
+        return proven or last
+
+    def aim(self, look: int) -> tuple[float, int, float]:
+        """Confidence of a look, the most runs outside that still prove the share, and the share to aim at."""
+        level = 1.0 - (1.0 - self.confidence) / 2.0 ** (look + 1)
+        if self.is_worst_case:
+            return level, 0, 0.0
+        allowed = most_outside(self.count, 1.0 - self.share, level)
+        # The share outside with which no more than that are so with the power.
+        return level, allowed, exact_interval(allowed + 1, self.count, 2.0 * _POWER - 1.0)[0]
+
+    def settled(self, design: Array, outside: float, offset: float) -> tuple[Array, bool, ExcessModel]:
+        """The cheapest design by a model around itself, whether it keeps the limits, and the model."""
+        for _ in range(_MODELS):
+            model = self._model(design, outside)
+            new, keeps = self._cheapest(model, design, outside, offset)
+            change = float(np.max(np.abs(np.log(new / design))))
+            design = new
+            if change <= _SETTLED:
+                break
+        return design, keeps, model
+
+    def verified(self, design: Array, level: float, allowed: int) -> tuple[Conformance, float]:
+        """Shares of fresh runs, and by what these prove the share if it is below 0, else what is missing."""
+        parameters, seed = self.parameters(design), self._fresh_seed()
+        at, among = places(parameters, 0, 0), parameters
+        extra: list[Array] = []
+        if self.is_worst_case:
+            extra = [np.array([list(place.values()) for place in at])]
+            among = {name: Uniform(side.lower, side.upper) for name, side in _intervals(parameters).items()}
+            at = [{}]
+        runner = replace(self.runner, parameters=among)
+        draws = drawn(among, self._order, self.count, seed)
+        points = [placed(runner, draws, place) for place in at]
+        extremes = [self._extremes(one) for one in points]
+        shares = shares_at(self.asked, self.watched, at, extremes, level, None)
+        found = Conformance(shares, points[0], tuple(parameters), seed, tuple(self.notices.values()))
+        missing = [np.sort(self._excess(one).max(axis=1))[-1 - allowed] for one in extremes]
+        missing += [self._excess(self._extremes(one)).max() for one in extra]
+        return found, float(max(missing))
+
+    def saving(self, best: Found) -> dict[str, float]:
+        """What the cost falls by for each requirement whose limits are widened, to both sides."""
+        design, exceeded = best.design, self._exceeded(best.model, best.outside, best.offset)
+        found = exceeded(design)
+        widest = found.values.max()
+        by_limit = np.zeros(len(self._limits))
+        prices = list(self.prices.values())
+        if self._has_steps:
+            most = 0.0
+            for index, price in enumerate(prices):
+                wider = price.choices[price.choices > design[index] * (1.0 + _BINDS)]
+                if len(wider):
+                    then = exceeded(np.where(np.arange(len(design)) == index, wider[0], design))
+                    gain = price.at(float(design[index])) - price.at(float(wider[0]))
+                    needed = float(then.values.max())
+                    if needed > 0.0 and gain / needed > most:
+                        most = gain / needed
+                        by_limit = most * then.parts[then.values.argmax()]
+        elif widest > -_BINDS:
+            active = found.values >= widest - _BINDS
+            is_free = (design > self.low * (1.0 + _BINDS)) & (design < self.high * (1.0 - _BINDS))
+            slopes = cost_slopes([price.at for price in prices], design)
+            forces = np.linalg.lstsq(found.slopes[active][:, is_free].T, -slopes[is_free], rcond=None)[0]
+            by_limit = np.maximum(forces, 0.0) @ found.parts[active]
+        by_limit = by_limit / self._scales
+        names = np.array([name for name, _ in self._limits])
+        return {name: float(by_limit[names == name].sum()) for name in self.asked}
+
+    @property
+    def _has_steps(self) -> bool:
+        return any(len(price.choices) for price in self.prices.values())
+
+    def _fresh_seed(self) -> int:
+        return int(default_rng([self.seed, self.made]).integers(2**63))
+
+    def _model(self, design: Array, outside: float) -> ExcessModel:
+        """The model of runs spread evenly over the tolerances."""
+        parameters, seed = self.parameters(design), self._fresh_seed()
+        sides = _intervals(parameters)
+        count = max(3 * len(sides), int(np.clip(self.count // 4, *_MODEL_RUNS)))
+        points = replace(self.runner, intervals=sides).drawn(lambda box: uniform_points(box, count, seed))
+        extremes = self._extremes(points)
+        if not len(self._scales):
+            self._scales = self._checked_scales(extremes)
+        excess = self._excess(extremes)
+        kept = np.isfinite(excess).all(axis=1)
+        draws = np.full((int(kept.sum()), len(sides)), np.nan)
+        if not self.is_worst_case:
+            count = int(np.clip(_DRAWS_OUTSIDE / outside, _DRAWS, _MOST_DRAWS))
+            draws = drawn(self.runner.parameters, self._order, count, self.seed)
+            draws = (draws - self._nominal) / self._every
+        ends = [
+            [place[name] if name in place else np.nan for name in sides]
+            for place in places(self.runner.parameters, 0, 0)
+        ]
+        all_normal = all(isinstance(one, Normal) for one in self.runner.random.values())
+        ends = (np.array(ends) - self._nominal) / self._every
+        return ExcessModel.fitted(list(sides.values()), points[kept], excess[kept], draws, ends, all_normal)
+
+    def _exceeded(self, model: ExcessModel, outside: float, offset: float) -> Keeps:
+        """What the limits must be widened by, as a function of the tolerances that have a cost."""
+
+        def exceeded(design: Array) -> Exceeded:
+            tolerances = self._every.copy()
+            tolerances[self._own] = design
+            found = model.exceeded(tolerances, outside)
+            return Exceeded(found.values + offset, found.slopes[:, self._own], found.parts)
+
+        return exceeded
+
+    def _cheapest(
+        self, model: ExcessModel, design: Array, outside: float, offset: float
+    ) -> tuple[Array, bool]:
+        """The cheapest design within the reach of a model, and whether it keeps the limits by that."""
+        exceeded = self._exceeded(model, outside, offset)
+        prices = list(self.prices.values())
+        costs = [price.at for price in prices]
+        low, high = np.maximum(self.low, design / _TRUST), np.minimum(self.high, design * _TRUST)
+        if not self._has_steps:
+            found = cheapest(exceeded, costs, design, (low, high), model.precision)
+            return (low, False) if found is None else (found, True)
+        choices = []
+        for index, price in enumerate(prices):
+            # The next ones beyond are tried too: a catalog may have gaps.
+            first, last = np.searchsorted(price.choices, (low[index], high[index]))
+            choices.append(price.choices[max(0, int(first) - 1) : int(last) + 1])
+        spent = [
+            np.array([cost(float(one)) for one in own]) for cost, own in zip(costs, choices, strict=True)
+        ]
+        chosen = cheapest_of(exceeded, choices, spent) or (0,) * len(choices)
+        found = np.array([own[choice] for own, choice in zip(choices, chosen, strict=True)])
+        return found, bool(exceeded(found).values.max() <= 0.0)
+
+    def _extremes(self, points: Array) -> list[Array]:
+        """The lowest and the highest value of each limited quantity in runs, NaN where one failed."""
+        try:
+            runs = self.watching.made(points, self.watching.settings, midpoint=False)
+        except AllFailedError as error:
+            raise error.first from None
+        self.made += len(points)
+        self.notices = {(notice.code, notice.about): notice for notice in runs.notices} | self.notices
+        return [
+            extremes_of(runs, name, one, self.watched[name], len(points)) for name, one in self.asked.items()
+        ]
+
+    def _excess(self, extremes: list[Array]) -> Array:
+        """What runs exceed each limit by, over its scale; infinite where one failed, shape (runs, limits)."""
+        by_name = dict(zip(self.asked, extremes, strict=True))
+        columns = []
+        for name, end in self._limits:
+            limit, values = self.watched[name].limits[end], by_name[name][end]
+            columns.append(values - limit if end else limit - values)
+        excess = np.array(columns).T / self._scales
+        return np.where(np.isnan(excess), np.inf, excess)
+
+    def _checked_scales(self, extremes: list[Array]) -> Array:
+        """The deviation of each limited quantity in runs; refuses requirements that none of them keeps to."""
+        checks = Checks()
+        by_name = dict(zip(self.asked, extremes, strict=True))
+        for name, (lowest, highest) in by_name.items():
+            if self.watched[name].is_outside(by_name[name]).all():
+                ends = format_ends(float(np.nanmin(lowest)), float(np.nanmax(highest)))
+                checks.add_at(
+                    f'specifications["{name}"]',
+                    f"is never met: none of {len(lowest)} mechanisms keeps to it; values are from {ends}",
+                )
+        checks.finish()
+        deviations = np.array([np.nanstd(by_name[name][end]) for name, end in self._limits])
+        return np.where(deviations > 0.0, deviations, 1.0)
+
+
+def checked_search(
+    runner: Runner,
+    cost: object,
+    specifications: object,
+    share: float,
+    runs: int,
+    confidence: float,
+    rng: int | Generator | None,
+) -> Search:
+    """The search with the arguments of `allocate`, checked."""
+    checks = Checks()
+    if isinstance(runner.model, FinishedRuns):
+        raise ArgumentError("study is a table of finished runs, which has no values with other tolerances")
+    asked = runner.requirements
+    if specifications is not None:
+        asked = checked_specifications(checks, specifications)
+    elif not asked:
+        checks.add("specifications: give some, or the study its requirements")
+    wanted = checks.real("share", share, "-", above=0.0, below=1.0)
+    count = checks.whole("runs", runs, least=2, most=MOST_RUNS)
+    level = checks.real("confidence", confidence, "-", above=0.0, below=1.0)
+    seed = checks.seed("rng", rng)
+    prices = prices_of(checks, runner, cost)
+    only = [name for name, one in runner.parameters.items() if isinstance(one, Interval)]
+    if len(only) > MOST_INTERVALS:
+        checks.add(
+            f"{len(only)} parameters are only known as intervals, whose corners are too many; at most "
+            f"{MOST_INTERVALS} are accepted: give the others a distribution"
+        )
+    if runner.random and not any(map(checks.noted, ("share", "runs", "confidence"))):
+        # None outside, at the last look.
+        least = math.ceil(math.log((1.0 - level) / 2.0 ** (LOOKS + 1)) / math.log(wanted))
+        if count < least:
+            checks.add(f"runs must be at least {least} to prove a share of {wanted:g}, got {count}")
+    try:
+        watching, watched = watching_for(runner, asked)
+    except ArgumentError as error:  # limits of another dimension, unknown outputs: told with all else
+        for line in str(error).split("\n"):
+            checks.add(line)
+    checks.finish()
+    aimed = wanted if runner.random else 1.0
+    return Search(runner, asked, prices, aimed, count, level, seed, watching, watched)
+
+
+def most_outside(trials: int, outside: float, confidence: float) -> int:
+    """The most of so many trials that may be outside and still prove that no larger share is."""
+    low, high = -1, trials
+    while high - low > 1:
+        middle = (low + high) // 2
+        proves = binomial_cdf(middle, trials, outside) <= 0.5 * (1.0 - confidence)
+        low, high = (middle, high) if proves else (low, middle)
+    return low
+
+
+def _intervals(parameters: Mapping[str, Interval | Distribution]) -> dict[str, Interval]:
+    return {name: one if isinstance(one, Interval) else one.interval for name, one in parameters.items()}
+
+
+def _scaled(one: Interval | Distribution, factor: float) -> Interval | Distribution:
+    """A parameter whose distances from its nominal value are multiplied."""
+    if isinstance(one, Normal):
+        return replace(one, standard_deviation=factor * one.standard_deviation)
+    nominal = one.nominal if isinstance(one, Interval) else one.interval.nominal
+    # All other numbers of a parameter are values of it.
+    return type(one)(*(nominal + factor * (value - nominal) for value in astuple(one)))
