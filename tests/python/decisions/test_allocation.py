@@ -252,6 +252,9 @@ def test_bad_input_is_told_at_once():
         cc.allocate(plain, {"a": 3.0}, LIMIT)
     with pytest.raises(TypeError, match="must be a Study"):
         cc.allocate(stack, COST, LIMIT)
+    ended = cc.Study(stack, {name: cc.normal(0.0, 0.01) for name in "abc"}, max_seconds=1.0)
+    with pytest.raises(ValueError, match="max_seconds"):
+        cc.allocate(ended, COST, LIMIT)
     with pytest.raises(ValueError, match="give some"):
         cc.allocate(plain, COST)
     with pytest.raises(ValueError, match="is never met") as caught:

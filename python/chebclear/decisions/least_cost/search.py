@@ -341,6 +341,8 @@ def checked_search(
     level = checks.real("confidence", confidence, "-", above=0.0, below=1.0)
     seed = checks.seed("rng", rng)
     prices = prices_of(checks, runner, cost)
+    if runner.execution.max_seconds is not None:
+        checks.add("max_seconds of the study would end runs of which all are needed: leave it out")
     only = [name for name, one in runner.parameters.items() if isinstance(one, Interval)]
     if len(only) > MOST_INTERVALS:
         checks.add(
