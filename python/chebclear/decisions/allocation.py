@@ -86,9 +86,9 @@ class Allocation(Named[Tolerance]):
     parameters : dict[str, Interval | Distribution]
         All parameters with the tolerances found, for `Study`.
     saving : dict[str, float]
-        What the cost falls by for each requirement whose limits are widened, to both sides [1 over the SI
-        unit of its quantity]: minus the derivative of the cost; by the best single step where there are
-        steps. NaN where no tolerance helps.
+        What the cost falls by for each requirement whose limits are widened, to both sides and by an SI unit
+        of its quantity: minus the derivative of the cost; by the best single step where there are steps. NaN
+        where no tolerance helps.
     scatter : float
         Share of the variance of a limited quantity, with these tolerances, that no parameter explains [-].
     runs : int

@@ -78,10 +78,10 @@ class Coupling(Loaded):
         The coordinates, by the names of outputs: the angle of a body or of a revolute joint, or the
         displacement in a prismatic joint, such as ``"wheel.angle"``, ``"guide.displacement"``.
     law : float, str, Table or Expression
-        A number is the ratio [driven per driver]: of two gears minus the ratio of their numbers of teeth,
-        positive for an internal gear or an open belt, the pitch radius of a rack's pinion. A table of the
-        driven coordinate over the driver is the cubic spline; over an angle it must be periodic and span a
-        turn or a whole part of it, and in a Geneva drive it ends a whole part of a turn beyond its first
+        A number is the ratio, driven per driver [- or m]: of two gears minus the ratio of their numbers of
+        teeth, positive for an internal gear or an open belt, the pitch radius of a rack's pinion. A table of
+        the driven coordinate over the driver is the cubic spline; over an angle it must be periodic and span
+        a turn or a whole part of it, and in a Geneva drive it ends a whole part of a turn beyond its first
         value. A text is a formula of the driver, without `if`, `sign`, `abs`, `min`, `max`.
     carrier : str, optional
         Body against which the angles count, which are then those of bodies: the arm of a planetary gear, or

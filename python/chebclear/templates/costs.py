@@ -25,7 +25,7 @@ class CostFunction:
     Attributes
     ----------
     expression : Expression
-        The expression of ``tolerance`` [SI unit of the parameter].
+        The expression of ``tolerance`` in the SI unit of the parameter.
     """
 
     expression: Expression

@@ -37,7 +37,7 @@ class Price:
     """Cost of a tolerance; of a catalog, that of its widest entry which is no wider, NaN if there is none."""
     low: float
     high: float
-    """Ends of the tolerances that are searched [SI unit of the parameter]."""
+    """Ends of the tolerances that are searched [SI units]."""
     choices: Array
     """The tolerances to choose from, the tightest first; empty for all between the ends."""
     grades: Mapping[float, str]
