@@ -46,7 +46,7 @@ class Measured(records.ArrayRecord, Named[Array]):
 
     `load_measured` reads one from a file; arrays in SI units make one too.
 
-    Parameters
+    Attributes
     ----------
     columns : mapping of str to ndarray
         Values of each output, and of triggers, in SI units, each of shape (samples,).

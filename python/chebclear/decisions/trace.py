@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.random import default_rng
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks, meant_or_known
+from ..base.units import unit
 from ..errors import ArgumentError
 from ..execution.failures import AllFailedError
 from ..run.features import JOINT_KINDS, Feature
@@ -38,7 +39,7 @@ _OF_CONTACT = ("contact_share", "impacts")
 class TraceFeatures:
     """What is taken from a trace and, in the same way, from runs."""
 
-    t: Array
+    t: Array = field(metadata=unit("s"))
     """Instants [s], shape (samples,)."""
     features: dict[str, TraceFeature]
     """The features by name."""

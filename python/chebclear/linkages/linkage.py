@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from ..base.units import unit
 from ..errors import Problem, SceneError
 from ..templates.reader import FORMAT, loads
 from ..templates.template import Template
@@ -26,11 +27,11 @@ class Link:
     name: str
     points: dict[str, complex]
     """The pins in the frame of the link."""
-    angle: float = 0.0
+    angle: float = field(default=0.0, metadata=unit("rad"))
     """Angle of the frame at the start [rad]; a guess unless the link is driven."""
-    mass: float = 0.0
+    mass: float = field(default=0.0, metadata=unit("kg"))
     """Mass [kg]; 0 if the source has none."""
-    inertia: float = 0.0
+    inertia: float = field(default=0.0, metadata=unit("kg m²"))
     """Moment of inertia about the center of mass [kg m²]; 0 if the source has none."""
     center: complex | None = None
     """Center of mass in the frame of the link."""
@@ -75,7 +76,7 @@ class Slot:
     """A point of the line in the frame of the owner."""
     along: complex
     """Direction of the line in that frame."""
-    mass: float = 0.0
+    mass: float = field(default=0.0, metadata=unit("kg"))
     """Mass of the block [kg]; 0 if the source has none."""
 
 
@@ -87,7 +88,7 @@ class Load:
     link: str
     point: complex
     """Where it acts, in the frame of the link."""
-    vector: complex
+    vector: complex = field(metadata=unit("N"))
     """Its components [N]."""
     frame: str
     """``"body"`` if it turns with the link, otherwise ``"ground"``."""
@@ -103,11 +104,11 @@ class Linkage:
     slots: list[Slot] = field(default_factory=list)
     crank: tuple[str, str] | None = None
     """The driven link and its pin on ground."""
-    crank_speed: float | None = None
+    crank_speed: float | None = field(default=None, metadata=unit("rad/s"))
     """Angular velocity of the crank [rad/s]; None if the source has no unit of time."""
-    length_unit: float | None = None
+    length_unit: float | None = field(default=None, metadata=unit("m"))
     """Unit of the lengths [m]; None if the source has none."""
-    gravity: tuple[float, float] | None = None
+    gravity: tuple[float, float] | None = field(default=None, metadata=unit("m/s²"))
     """Acceleration of free fall [m/s²]."""
     forces: list[Load] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)

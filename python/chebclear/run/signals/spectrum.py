@@ -43,7 +43,7 @@ class Spectrum(Shown):
     angle : str | None
         Body or joint whose revolutions are counted; None for a spectrum over the frequency.
     lines : Array
-        Frequencies [Hz]; over an angle orders, the cycles per revolution [-]. Shape (lines,).
+        Frequencies in Hz; over an angle orders, the cycles per revolution. Shape (lines,).
     power : Array
         Mean square in each line, averaged over the pieces, in the square of the unit: A²/2 of a sine of
         amplitude A. Shape (lines,).

@@ -48,12 +48,14 @@ class BandPower(OfSamples):
     From a periodogram with Hann's window, without the mean: an oscillation of amplitude A inside the band
     gives A²/2.
 
-    Parameters
+    Attributes
     ----------
     of : str
         Name of the output.
-    lower, upper : float
-        Frequencies between which it is taken [Hz].
+    lower : float
+        Lowest frequency that is taken [Hz].
+    upper : float
+        Highest frequency that is taken [Hz].
 
     Examples
     --------
