@@ -198,7 +198,8 @@ def _records(records: Iterable[Any], floors: dict[str, str], slides: Collection[
         rows.append(
             [kind if name is None else str(name), "" if name is None else kind, _fields(fields, unit)]
         )
-        inner.append([f"{key}: {_held(value, unit.get(key, '?'))}" for key, value in held.items()])
+        driver = str(getattr(record, "driver", ""))
+        inner.append([f"{key}: {_held(value, unit.get(key, '?'), driver)}" for key, value in held.items()])
     if not rows:
         return ["  none"]
     lines = []
@@ -214,8 +215,8 @@ def _units_at(record: Part, slides: Collection[str]) -> dict[str, str]:
     return {name: unit.split(" or ")[choice] for name, unit in units(type(record)).items()}
 
 
-def _held(value: Any, unit: str) -> str:
-    """A law, or a number or function of time with the unit of its owner."""
+def _held(value: Any, unit: str, driver: str) -> str:
+    """A law, or a number or function with the unit of its owner; of the `driver` if that is a coupling."""
     if value is None:
         return "none"
     if as_number(value) is not None:
@@ -224,7 +225,7 @@ def _held(value: Any, unit: str) -> str:
         return repr(value)
     inner = {name: re.sub(r"\bunit\b", unit, own) for name, own in units(type(value)).items()}
     if isinstance(value, Table):
-        inner["points"] = unit_of_points(str(value.over))
+        inner["points"] = unit_of_points(driver or str(value.over))
     return f"{_kind(value)}, {_fields(vars(value), inner)}"
 
 

@@ -27,14 +27,31 @@ struct CoupledMotion {
 }
 
 /// How far a coupling is from what it demands.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct CouplingGap {
+#[derive(Clone, Copy, Debug)]
+pub struct CouplingMotion {
     /// φ [rad or m].
-    pub(super) gap: f64,
+    pub gap: f64,
     /// Its rate [rad/s or m/s].
-    pub(super) rate: f64,
-    /// Sizes of the numbers of which each is a difference.
-    pub(super) reach: [f64; 2],
+    pub rate: f64,
+    driven: CoupledMotion,
+    driver: CoupledMotion,
+    /// The first three derivatives of the law.
+    slopes: [f64; 3],
+}
+
+impl CouplingMotion {
+    /// Sizes of the numbers of which the gap and its rate are differences. A coordinate is a sum of others, whose rounding
+    /// errors count at the size [m] and the speed [m/s] of all points in a mechanism of a length [m].
+    pub(super) fn reach(&self, coupling: &Coupling, [size, speed, length]: [f64; 3]) -> [f64; 2] {
+        let Self { driven, driver, slopes, .. } = self;
+        let of = |end: &CoupledCoordinate, own: f64, whole: f64| {
+            own.abs() + if end.slide.is_some() { whole } else { whole / length }
+        };
+        let reach = |own: f64, other: f64, whole: f64| {
+            of(&coupling.driven, own, whole) + slopes[0].abs() * of(&coupling.driver, other, whole)
+        };
+        [reach(driven.position, driver.position, size), reach(driven.velocity, driver.velocity, speed)]
+    }
 }
 
 impl Dynamics<'_> {
@@ -50,84 +67,49 @@ impl Dynamics<'_> {
         motion
     }
 
-    /// The law at the driver without the value of its part in proportion, and the first three derivatives of the whole.
-    fn law(&self, coupling: &Coupling, driver: &CoupledMotion) -> [f64; 4] {
-        let mut law = [0.0; 4];
-        if let Some(index) = coupling.law {
+    /// What a coupling lacks, after [`Dynamics::move_to`].
+    pub fn coupling_motion(&self, coupling: &Coupling) -> CouplingMotion {
+        let [driven, driver] = [&coupling.driven, &coupling.driver].map(|end| self.coupled(end));
+        // The law without its part in proportion.
+        let [value, slope, bend, third] = coupling.law.map_or([0.0; 4], |index| {
             let load = &self.tree.motion_loads[index];
             // Full turns, which would cost digits, are nothing to a law that repeats itself.
             let turns = if coupling.repeats { 0.0 } else { driver.turns };
             let at = Jet::variable(with_turns(driver.position, turns));
-            law = load.tape.value(&[at], &self.switches[load.switches()]).0;
-        }
-        law[1] += coupling.ratio;
-        law
-    }
-
-    /// What a coupling lacks, after [`Dynamics::move_to`].
-    /// Positions have the size `size` [m] and velocities `speed` [m/s] in a mechanism of the size `length` [m].
-    pub(super) fn coupling_gap(&self, coupling: &Coupling, [size, speed, length]: [f64; 3]) -> CouplingGap {
-        let [driven, driver] = [&coupling.driven, &coupling.driver].map(|end| self.coupled(end));
-        let [_, slope, ..] = self.law(coupling, &driver);
-        // A coordinate is a sum of others, whose rounding errors count at the size of the mechanism.
-        let of = |end: &CoupledCoordinate, own: f64, whole: f64| {
-            own.abs() + if end.slide.is_some() { whole } else { whole / length }
-        };
-        let reach = |own: f64, other: f64, whole: f64| {
-            of(&coupling.driven, own, whole) + slope.abs() * of(&coupling.driver, other, whole)
-        };
-        CouplingGap {
-            gap: self.coupling_position(coupling),
-            rate: self.coupling_velocity(coupling),
-            reach: [
-                reach(driven.position, driver.position, size),
-                reach(driven.velocity, driver.velocity, speed),
-            ],
-        }
-    }
-
-    /// φ [rad or m], after [`Dynamics::move_to`].
-    pub fn coupling_position(&self, coupling: &Coupling) -> f64 {
-        let [driven, driver] = [&coupling.driven, &coupling.driver].map(|end| self.coupled(end));
-        let [value, ..] = self.law(coupling, &driver);
-        let near =
-            driven.position - coupling.ratio * driver.position - value - coupling.offset.unwrap_or(0.0);
+            load.tape.value(&[at], &self.switches[load.switches()]).0
+        });
+        let Coupling { ratio, offset, .. } = coupling;
+        let near = driven.position - ratio * driver.position - value - offset.unwrap_or(0.0);
         // The difference of large numbers of turns, exactly.
-        let (turns, rest) = exact_product(coupling.ratio, driver.turns);
-        with_turns(near, (driven.turns - turns) - rest)
-    }
-
-    /// Its rate [rad/s or m/s].
-    pub fn coupling_velocity(&self, coupling: &Coupling) -> f64 {
-        let [driven, driver] = [&coupling.driven, &coupling.driver].map(|end| self.coupled(end));
-        driven.velocity - self.law(coupling, &driver)[1] * driver.velocity
+        let (turns, rest) = exact_product(*ratio, driver.turns);
+        CouplingMotion {
+            gap: with_turns(near, (driven.turns - turns) - rest),
+            rate: driven.velocity - (ratio + slope) * driver.velocity,
+            driven,
+            driver,
+            slopes: [ratio + slope, bend, third],
+        }
     }
 
     /// Derivatives of φ with respect to the coordinates of all columns.
     pub fn coupling_columns(&self, coupling: &Coupling) -> Vec<f64> {
-        let [_, slope, ..] = self.law(coupling, &self.coupled(&coupling.driver));
+        let [slope, ..] = self.coupling_motion(coupling).slopes;
         let mut columns = vec![0.0; self.coordinates.len()];
         for (end, factor) in [(&coupling.driven, 1.0), (&coupling.driver, -slope)] {
-            for &(column, by) in &end.columns {
-                columns[column] += factor * by;
-            }
+            end.columns.iter().for_each(|&(column, by)| columns[column] += factor * by);
         }
         columns
     }
 
-    /// Writes the rows of the couplings, which stand in `e`, and what their accelerations are without those of the free
-    /// coordinates.
+    /// Writes the rows of the couplings, and what the accelerations of φ are without those of the free coordinates.
     #[inline(never)]
     pub(super) fn write_coupling_rows(&mut self, d: usize) {
         let tree = self.tree;
-        let first = CLOSURE_ROWS * tree.closures.len();
-        for (row, coupling) in (first..).zip(&tree.couplings) {
-            let [driven, driver] = [&coupling.driven, &coupling.driver].map(|end| self.coupled(end));
-            let [_, slope, bend, _] = self.law(coupling, &driver);
+        for (row, coupling) in (CLOSURE_ROWS * tree.closures.len()..).zip(&tree.couplings) {
+            let CouplingMotion { driven, driver, slopes: [slope, bend, _], .. } =
+                self.coupling_motion(coupling);
             for (end, factor) in [(&coupling.driven, 1.0), (&coupling.driver, -slope)] {
-                for &(freedom, by) in &end.free {
-                    self.loops.e[row * d + freedom] += factor * by;
-                }
+                end.free.iter().for_each(|&(freedom, by)| self.loops.e[row * d + freedom] += factor * by);
             }
             self.loops.right[row] =
                 driven.acceleration - slope * driver.acceleration - bend * driver.velocity * driver.velocity;
@@ -138,10 +120,8 @@ impl Dynamics<'_> {
     pub(super) fn add_coupling_derivatives(&mut self) {
         let tree = self.tree;
         let columns = self.coordinates.len();
-        let first = CLOSURE_ROWS * tree.closures.len();
-        for (row, coupling) in (first..).zip(&tree.couplings) {
-            let driver = self.coupled(&coupling.driver);
-            let [_, _, bend, third] = self.law(coupling, &driver);
+        for (row, coupling) in (CLOSURE_ROWS * tree.closures.len()..).zip(&tree.couplings) {
+            let CouplingMotion { driver, slopes: [_, bend, third], .. } = self.coupling_motion(coupling);
             let CoupledMotion { velocity, acceleration, .. } = driver;
             for &(column, by) in &coupling.driver.columns {
                 let place = row * columns + column;
@@ -170,8 +150,7 @@ impl Dynamics<'_> {
     pub fn coupling_efforts(&self, index: usize) -> [f64; 2] {
         let coupling = &self.tree.couplings[index];
         let multiplier = self.loops.multipliers[CLOSURE_ROWS * self.tree.closures.len() + index];
-        let [_, slope, ..] = self.law(coupling, &self.coupled(&coupling.driver));
-        [-multiplier, slope * multiplier]
+        [-multiplier, self.coupling_motion(coupling).slopes[0] * multiplier]
     }
 
     /// Calls `supply` with what the couplings exert on bodies.
@@ -179,20 +158,16 @@ impl Dynamics<'_> {
         for (index, coupling) in self.tree.couplings.iter().enumerate() {
             let efforts = self.coupling_efforts(index);
             for (end, effort) in [&coupling.driven, &coupling.driver].into_iter().zip(efforts) {
-                // A force along the guide, or a torque.
-                let (force, point) = match end.slide.map(|slide| &self.tree.ideal_joints[slide]) {
-                    Some(joint) => match joint.realization {
-                        Realization::Tree { column: Some(column), sign, .. } => {
-                            let axis = sign * self.states[column + 1].axis;
-                            (effort * axis, self.point(joint.points[1]).position)
-                        }
-                        _ => (Vec2::zeros(), Vec2::zeros()),
-                    },
-                    None => (Vec2::zeros(), Vec2::zeros()),
-                };
-                let torque = if end.slide.is_some() { 0.0 } else { effort };
+                // A torque, or a force along the guide.
+                let mut wrench = Wrench { force: Vec2::zeros(), moment: effort };
+                if let Some(joint) = end.slide.map(|slide| &self.tree.ideal_joints[slide])
+                    && let Realization::Tree { column: Some(column), sign, .. } = joint.realization
+                {
+                    let force = effort * sign * self.states[column + 1].axis;
+                    wrench = Wrench::at(self.point(joint.points[1]).position, force, 0.0);
+                }
                 for (body, sign) in end.bodies.into_iter().zip([-1.0, 1.0]) {
-                    supply(body, Wrench::at(point, sign * force, sign * torque));
+                    supply(body, Wrench { force: sign * wrench.force, moment: sign * wrench.moment });
                 }
             }
         }
@@ -200,9 +175,9 @@ impl Dynamics<'_> {
 
     /// Power that the couplings add, zero but for errors of the velocities [W].
     pub(super) fn coupling_power(&self) -> f64 {
-        let couplings = self.tree.couplings.iter().enumerate();
-        let powers = couplings
-            .map(|(index, coupling)| self.coupling_efforts(index)[0] * self.coupling_velocity(coupling));
-        powers.sum()
+        let power = |(index, coupling): (usize, &Coupling)| {
+            self.coupling_efforts(index)[0] * self.coupling_motion(coupling).rate
+        };
+        self.tree.couplings.iter().enumerate().map(power).sum()
     }
 }

@@ -5,7 +5,6 @@
 use std::ops::Range;
 
 use super::Dynamics;
-use super::couplings::CouplingGap;
 use crate::numerics::linear::{symmetric_factor, symmetric_solve};
 use crate::tree::elements::{CLOSURE_ROWS, Scales};
 use crate::tree::kinematics::Vec2;
@@ -366,9 +365,9 @@ impl Dynamics<'_> {
             }
         });
         self.tree.couplings.iter().fold(closed, |all, coupling| {
-            let CouplingGap { gap, rate, reach: [reach, of_rate] } =
-                self.coupling_gap(coupling, [size, speed, scales.length]);
-            let (gap, rate, rounded) = (gap.abs(), rate.abs(), ROUNDING * of_rate);
+            let motion = self.coupling_motion(coupling);
+            let [reach, of_rate] = motion.reach(coupling, [size, speed, scales.length]);
+            let (gap, rate, rounded) = (motion.gap.abs(), motion.rate.abs(), ROUNDING * of_rate);
             Gaps {
                 passes,
                 closed: all.closed && gap <= ROUNDING * reach,
@@ -417,8 +416,8 @@ impl Dynamics<'_> {
         }
         for (row, coupling) in (CLOSURE_ROWS * tree.closures.len()..).zip(&tree.couplings) {
             self.loops.right[row] = match level {
-                Level::Position => self.coupling_position(coupling),
-                Level::Velocity => self.coupling_velocity(coupling),
+                Level::Position => self.coupling_motion(coupling).gap,
+                Level::Velocity => self.coupling_motion(coupling).rate,
             };
         }
         change.fill(0.0);

@@ -68,7 +68,8 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<A
     };
     dynamics.move_to(0.0, &q, &vec![0.0; d]);
     check_couplings(&dynamics, length)?;
-    let offset = |coupling: &Coupling| dynamics.coupling_position(coupling) + coupling.offset.unwrap_or(0.0);
+    let offset =
+        |coupling: &Coupling| dynamics.coupling_motion(coupling).gap + coupling.offset.unwrap_or(0.0);
     let offsets = tree.couplings.iter().map(offset).collect();
     let v = close_velocities(&mut dynamics, &conditions, &q, length)?;
     check_directions(tree, &dynamics, length)?;

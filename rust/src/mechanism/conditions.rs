@@ -209,7 +209,7 @@ impl Conditions {
             residual.push(if one.is_angle { wrap(off).0 } else { off / unit });
         }
         for coupling in self.couplings(dynamics.tree, Level::Position) {
-            let gap = dynamics.coupling_position(coupling);
+            let gap = dynamics.coupling_motion(coupling).gap;
             residual.push(if coupling.driven.slide.is_some() { gap / unit } else { wrap(gap).0 });
         }
         (DVector::from_vec(residual), self.jacobian(dynamics, units, unit, Level::Position))
@@ -240,7 +240,7 @@ impl Conditions {
             residual.push(if one.is_angle { off } else { off / unit });
         }
         for coupling in self.couplings(dynamics.tree, Level::Velocity) {
-            residual.push(dynamics.coupling_velocity(coupling) / coupling_unit(coupling, unit));
+            residual.push(dynamics.coupling_motion(coupling).rate / coupling_unit(coupling, unit));
         }
         (DVector::from_vec(residual), self.jacobian(dynamics, units, unit, Level::Velocity))
     }

@@ -17,7 +17,7 @@ pub(super) fn follow_drivers(dynamics: &mut Dynamics, guess: &mut [f64]) {
         else {
             continue;
         };
-        guess[freedom] -= dynamics.coupling_position(coupling) / factor;
+        guess[freedom] -= dynamics.coupling_motion(coupling).gap / factor;
     }
 }
 
@@ -25,7 +25,7 @@ pub(super) fn follow_drivers(dynamics: &mut Dynamics, guess: &mut [f64]) {
 pub(super) fn check_laws(dynamics: &Dynamics) -> Result<(), InputError> {
     for (index, coupling) in dynamics.tree.couplings.iter().enumerate() {
         let slopes = dynamics.coupling_columns(coupling);
-        if !slopes.iter().chain(&[dynamics.coupling_position(coupling)]).all(|number| number.is_finite()) {
+        if !slopes.iter().chain(&[dynamics.coupling_motion(coupling).gap]).all(|number| number.is_finite()) {
             let message = format!("coupling {:?} has no finite value and slope at the start", coupling.name);
             return Err(Subject::Scene.error(format!("couplings[{index}].law"), message));
         }

@@ -46,8 +46,6 @@ pub enum CouplingLaw {
         points: Vec<f64>,
         /// Values of the driven coordinate there [rad or m].
         values: Vec<f64>,
-        /// Name of the driver, or of nothing in particular.
-        over: String,
         /// Whether it repeats itself.
         periodic: bool,
     },
@@ -91,11 +89,12 @@ pub struct CompiledLaw {
 /// A coupling from JSON.
 pub(super) fn coupling(node: Node, problems: &mut Problems) -> Coupling {
     let mut fields = node.fields(problems);
+    let driver = fields.text("driver", problems);
     let coupling = Coupling {
         name: fields.text("name", problems),
         driven: fields.text("driven", problems),
-        driver: fields.text("driver", problems),
-        law: fields.required("law", problems).map_or(UNREADABLE, |node| law(&node, problems)),
+        law: fields.required("law", problems).map_or(UNREADABLE, |node| law(&node, &driver, problems)),
+        driver,
         carrier: fields.optional("carrier").map(|node| node.text(problems)),
         offset: fields.optional_number("offset", problems),
     };
@@ -106,7 +105,7 @@ pub(super) fn coupling(node: Node, problems: &mut Problems) -> Coupling {
 /// Placeholder of a law that could not be read, for which a problem was added.
 const UNREADABLE: CouplingLaw = CouplingLaw::Ratio(1.0);
 
-fn law(node: &Node, problems: &mut Problems) -> CouplingLaw {
+fn law(node: &Node, driver: &str, problems: &mut Problems) -> CouplingLaw {
     if !node.value.is_object() {
         return CouplingLaw::Ratio(node.number(problems));
     }
@@ -120,10 +119,14 @@ fn law(node: &Node, problems: &mut Problems) -> CouplingLaw {
         if fields.optional("beyond").is_some() {
             fields.word("beyond", &[("end", ())], problems);
         }
+        let over = fields.optional("over").map_or_else(|| TIME.to_owned(), |node| node.text(problems));
+        if over.trim() != TIME && over.trim() != driver {
+            let message = format!("must be left out, or the driver {driver:?}, got {over:?}");
+            problems.push(Problem::new(fields.path_of("over"), message));
+        }
         CouplingLaw::Table {
             points: fields.numbers("points", problems),
             values: fields.numbers("values", problems),
-            over: fields.optional("over").map_or_else(|| TIME.to_owned(), |node| node.text(problems)),
             periodic: fields.optional("periodic").is_some_and(|node| node.truth(problems)),
         }
     } else {
@@ -181,13 +184,7 @@ impl Coupling {
                 let tape = formula.smooth_in(&self.driver, "the law of a coupling")?;
                 Ok(CompiledLaw { law: Some(tape), ..CompiledLaw::default() })
             }
-            CouplingLaw::Table { points, values, over, periodic } => {
-                if over.trim() != TIME && over.trim() != self.driver {
-                    return Err(format!(
-                        "is a table over the driver {:?}: leave over out, got {over:?}",
-                        self.driver
-                    ));
-                }
+            CouplingLaw::Table { points, values, periodic } => {
                 let (ratio, curve) = match (driver.is_angle(), *periodic) {
                     (true, true) => repeated(points, values, driven)?,
                     (false, false) => (0.0, Curve::new(points, values, Interpolation::Cubic, Beyond::End)?),
@@ -230,30 +227,19 @@ impl Coupling {
         }
     }
 
-    /// Warns of a law that looks as if its lengths were in millimeters.
-    pub(super) fn implausible(&self, scene: &Scene, longest: f64) -> Option<Problem> {
-        let [Ok(Coupled::Displacement(_)), Ok(Coupled::Angle(_))] = self.coordinates(scene) else {
-            return None;
-        };
-        let largest = match &self.law {
-            CouplingLaw::Ratio(ratio) => ratio.abs(),
-            CouplingLaw::Table { values, .. } => {
-                values.iter().fold(f64::NEG_INFINITY, |most, value| most.max(*value))
-                    - values.iter().fold(f64::INFINITY, |least, value| least.min(*value))
+    /// Warns of a pitch radius that looks as if it were in millimeters.
+    pub(super) fn implausible(&self, scene: &Scene, longest: f64) -> Option<String> {
+        match (self.coordinates(scene), &self.law) {
+            ([Ok(Coupled::Displacement(_)), Ok(Coupled::Angle(_))], CouplingLaw::Ratio(radius))
+                if radius.abs() > longest =>
+            {
+                let in_meters = radius / 1e3;
+                Some(format!(
+                    "a pitch radius of {radius} m: lengths are in meters, {radius} mm are {in_meters}"
+                ))
             }
-            CouplingLaw::Formula(_) => 0.0,
-        };
-        (largest > longest).then(|| {
-            Problem::new(
-                "law",
-                format!(
-                    "moves {:?} by {largest} m with every {}: lengths are in meters, {largest} mm are {}",
-                    self.driven,
-                    if matches!(self.law, CouplingLaw::Ratio(_)) { "radian" } else { "turn" },
-                    largest / 1e3
-                ),
-            )
-        })
+            _ => None,
+        }
     }
 }
 

@@ -44,12 +44,7 @@ impl Scene {
         self.warn_of_angles(&mut warnings);
         for (index, coupling) in self.couplings.iter().enumerate() {
             let found = coupling.implausible(self, LONG);
-            warnings.extend(
-                found.map(|problem| Problem {
-                    path: format!("couplings[{index}].{}", problem.path),
-                    ..problem
-                }),
-            );
+            warnings.extend(found.map(|message| Problem::new(format!("couplings[{index}].law"), message)));
         }
         for (index, force) in self.forces.iter().enumerate() {
             if let Force::Gravity { acceleration: [x, y] } = force

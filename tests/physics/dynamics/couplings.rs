@@ -107,8 +107,7 @@ fn coupled_cases() -> Vec<(Case, Vec<Cartesian>)> {
                         points.iter().map(|x| a * (3.0 * x).sin() + b * x.cos()).collect();
                     values[8] = values[0];
                     let curve = Curve::new(&points, &values, Interpolation::Cubic, Beyond::Repeat).unwrap();
-                    let over = driver.0.clone();
-                    (CouplingLaw::Table { points, values, over, periodic: true }, Law::Table(curve, 0.0))
+                    (CouplingLaw::Table { points, values, periodic: true }, Law::Table(curve, 0.0))
                 }
                 _ => {
                     let text = format!("a*sin(b*{name}) + c*{name}", name = driver.0);

@@ -253,66 +253,60 @@ def test_modes_know_couplings():
 
 
 MESH = Coupling("mesh", "b.angle", "a.angle", -0.5)
+LAW = "couplings[0].law"
 
 
 @pytest.mark.parametrize(
-    ("couplings", "path", "kwargs"),
+    ("law", "path", "ends"),
     [
-        ([MESH, Coupling("again", "b.angle", "a.angle", -0.6)], "couplings[1]", {}),
-        ([MESH, Coupling("again", "a.angle", "b.angle", -2.0)], "couplings[1]", {}),
-        ([MESH], "couplings[0]", {"drives": [Speed("d", "p", 3.0), Speed("e", "q", -1.5)]}),
+        (Table(TURN, TURN), LAW, ("slide.displacement", "a.angle")),
+        (Table(TURN, TURN, periodic=True), LAW, ("slide.displacement", "a.angle")),
+        (Table([0, 180, 360], [0, 1, 0], periodic=True), LAW, ()),
+        (Table(TURN, 0.11 * TURN, periodic=True), LAW, ()),
+        (Table(TURN, LIFT, interpolation="linear", periodic=True), f"{LAW}.interpolation", ()),
+        (Table(TURN, LIFT, over="q.angle", periodic=True), f"{LAW}.over", ()),
+        (Table([0, 1], [0, 1], periodic=True), LAW, ("b.angle", "slide.displacement")),
+        (0.0, LAW, ()),
+        (None, LAW, ()),
+        ("abs(a.angle)", LAW, ()),
+        ("a.angle + q.angle", LAW, ()),
+        ("sin(slide.displacement)", LAW, ("b.angle", "slide.displacement")),
+        ("sqrt(a.angle - 10)", LAW, ()),
+        ("sqrt(a.angle)", LAW, ()),
+        (1.0, "couplings[0].driven", ("b.angel", "a.angle")),
+        (1.0, "couplings[0].driven", ("rod.angle", "a.angle")),
+        (1.0, "couplings[0].driver", ("b.angle", "a.angular_velocity")),
+        (1.0, "couplings[0].driver", ("b.angle", "b.angle")),
+        (1.0, "couplings[0].driver", ("b.angle", "p.angle", "rod")),
+        (1.0, "couplings[0].carrier", ("b.angle", "a.angle", "arm")),
+        (1.0, "couplings[0].offset", ("b.angle", "a.angle", None, math.inf)),
+    ],
+)
+def test_laws_and_names_that_cannot_be_are_refused_with_their_path(law, path, ends):
+    driven, driver, *more = ends or ("b.angle", "a.angle")
+    with pytest.raises(SceneError) as caught:
+        wheels(Coupling("x", driven, driver, law, *more)).check()
+    assert [problem.path for problem in caught.value.problems] == [path]
+
+
+@pytest.mark.parametrize(
+    ("couplings", "path", "drives"),
+    [
+        ([MESH, Coupling("again", "b.angle", "a.angle", -0.6)], "couplings[1]", []),
+        ([MESH, Coupling("again", "a.angle", "b.angle", -2.0)], "couplings[1]", []),
+        ([MESH], "couplings[0]", [Speed("d", "p", 3.0), Speed("e", "q", -1.5)]),
         (
             [Coupling("cam", "slide.displacement", "a.angle", "0.01*(1 - cos(a.angle))")],
             "couplings[0]",
-            {"drives": [Motion("d", "slide", Harmonic(0.001, 3.0))]},
+            [Motion("d", "slide", Harmonic(0.001, 3.0))],
         ),
-        ([Coupling("x", "slide.displacement", "a.angle", Table(TURN, TURN))], "couplings[0].law", {}),
-        (
-            [Coupling("x", "slide.displacement", "a.angle", Table(TURN, TURN, periodic=True))],
-            "couplings[0].law",
-            {},
-        ),
-        (
-            [Coupling("x", "b.angle", "a.angle", Table([0, 180, 360], [0, 1, 0], periodic=True))],
-            "couplings[0].law",
-            {},
-        ),
-        (
-            [Coupling("x", "b.angle", "a.angle", Table(TURN, 0.11 * TURN, periodic=True))],
-            "couplings[0].law",
-            {},
-        ),
-        (
-            [Coupling("x", "b.angle", "a.angle", Table(TURN, LIFT, interpolation="linear", periodic=True))],
-            "couplings[0].law.interpolation",
-            {},
-        ),
-        (
-            [Coupling("x", "b.angle", "a.angle", Table(TURN, LIFT, over="q.angle", periodic=True))],
-            "couplings[0].law",
-            {},
-        ),
-        ([Coupling("x", "b.angle", "a.angle", 0.0)], "couplings[0].law", {}),
-        ([Coupling("x", "b.angle", "a.angle", "abs(a.angle)")], "couplings[0].law", {}),
-        ([Coupling("x", "b.angle", "a.angle", "a.angle + q.angle")], "couplings[0].law", {}),
-        ([Coupling("x", "b.angle", "slide.displacement", "sin(slide.displacement)")], "couplings[0].law", {}),
-        ([Coupling("x", "b.angle", "a.angle", "sqrt(a.angle - 10)")], "couplings[0].law", {}),
-        ([Coupling("x", "b.angle", "a.angle", "sqrt(a.angle)")], "couplings[0].law", {}),
-        ([Coupling("x", "b.angel", "a.angle", 1.0)], "couplings[0].driven", {}),
-        ([Coupling("x", "b.angle", "a.angular_velocity", 1.0)], "couplings[0].driver", {}),
-        ([Coupling("x", "b.angle", "b.angle", 1.0)], "couplings[0].driver", {}),
-        ([Coupling("x", "b.angle", "p.angle", 1.0, carrier="rod")], "couplings[0].driver", {}),
-        ([Coupling("x", "b.angle", "a.angle", 1.0, carrier="arm")], "couplings[0].carrier", {}),
-        ([Coupling("x", "rod.angle", "a.angle", 1.0)], "couplings[0].driven", {}),
-        ([Coupling("x", "b.angle", "a.angle", 1.0, offset=math.inf)], "couplings[0].offset", {}),
-        ([Coupling("p", "b.angle", "a.angle", 1.0)], "couplings[0].name", {}),
-        ([MESH, MESH], "couplings[1].name", {}),
-        ([Coupling("x", "b.angle", "a.angle", None)], "couplings[0].law", {}),
+        ([Coupling("p", "b.angle", "a.angle", 1.0)], "couplings[0].name", []),
+        ([MESH, MESH], "couplings[1].name", []),
     ],
 )
-def test_couplings_that_cannot_be_are_refused_with_their_path(couplings, path, kwargs):
+def test_what_locks_or_is_tied_twice_is_refused_with_its_path(couplings, path, drives):
     with pytest.raises(SceneError) as caught:
-        wheels(*couplings, **kwargs).check()
+        wheels(*couplings, drives=drives).check()
     assert [problem.path for problem in caught.value.problems] == [path]
 
 
@@ -323,42 +317,17 @@ def test_a_pitch_radius_in_millimeters_is_doubted():
 
 FILE = """
 format = 1
-[parameters]
-teeth = 20
-lift = { nominal = "10 mm", plus = "1 mm", minus = "1 mm" }
-[[bodies]]
-name = "a"
-mass = 1
-inertia = 0.01
-[[bodies]]
-name = "b"
-mass = 2
-inertia = 0.2
-[[bodies]]
-name = "rod"
-mass = 2
-inertia = 0.1
-[[joints]]
-type = "revolute"
-name = "p"
-a = "ground"
-b = "a"
-[[joints]]
-type = "revolute"
-name = "q"
-a = "ground"
-b = "b"
-[[joints]]
-type = "prismatic"
-name = "slide"
-a = "ground"
-b = "rod"
-axis = [0, 1]
-[[drives]]
-type = "speed"
-name = "motor"
-joint = "p"
-speed = "60 rpm"
+bodies = [
+    { name = "a", mass = 1, inertia = 0.01 },
+    { name = "b", mass = 2, inertia = 0.2 },
+    { name = "rod", mass = 2, inertia = 0.1 },
+]
+joints = [
+    { type = "revolute", name = "p", a = "ground", b = "a" },
+    { type = "revolute", name = "q", a = "ground", b = "b" },
+    { type = "prismatic", name = "slide", a = "ground", b = "rod", axis = [0, 1] },
+]
+drives = [{ type = "speed", name = "motor", joint = "p", speed = "60 rpm" }]
 [[couplings]]
 name = "mesh"
 driven = "b.angle"
@@ -370,6 +339,9 @@ name = "cam"
 driven = "slide.displacement"
 driver = "b.angle"
 law = "lift*(1 - cos(b.angle))"
+[parameters]
+teeth = 20
+lift = { nominal = "10 mm", plus = "1 mm", minus = "1 mm" }
 """
 
 

@@ -24,7 +24,7 @@ def table_of(part):
     key, word = part._tag or ("", "")
     found = [one for one in TABLES if one.kind == word and (key != "type" or one.section.startswith("[["))]
     if not word:
-        found = [one for one in TABLES if one.section == "[[bodies]]"]
+        found = [one for one in TABLES if one.section in ("[[bodies]]", "[[couplings]]")]
     # A torque is a force of that name, and so on: the fields tell which is meant.
     names = {item.name for item in fields(part)}
     [table] = [one for one in found if {row.name for row in one.rows} - {key} == names]
