@@ -32,8 +32,8 @@ const DAMPING: f64 = 3.667e-11;
 /// The closed loops, linear algebra of `[M Eᵀ; E 0]` by its Schur complement; all empty in a tree.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Loops {
-    /// For every row all rows of its closure.
-    rows_of: Vec<Range<usize>>,
+    /// The rows of every closure.
+    closures: Vec<Range<usize>>,
     /// E = ∂(p_b - p_a)/∂z for the free coordinates.
     pub(super) e: Vec<f64>,
     /// M⁻¹ Eᵀ, transposed: row r is M⁻¹ (row r of E).
@@ -58,16 +58,15 @@ pub(super) struct Loops {
 }
 
 impl Loops {
-    /// `closures` are the numbers of their rows.
-    pub(super) fn new(closures: impl Iterator<Item = usize>, d: usize, columns: usize) -> Self {
-        let mut rows_of: Vec<Range<usize>> = Vec::new();
-        for count in closures {
-            let first = rows_of.len();
-            rows_of.extend(vec![first..first + count; count]);
-        }
-        let rows = rows_of.len();
+    /// `counts` are the numbers of rows of the closures.
+    pub(super) fn new(counts: impl Iterator<Item = usize>, d: usize, columns: usize) -> Self {
+        let mut rows = 0;
+        let closures = counts.map(|count| {
+            rows += count;
+            rows - count..rows
+        });
         Self {
-            rows_of,
+            closures: closures.collect(),
             e: vec![0.0; rows * d],
             y: vec![0.0; rows * d],
             s: vec![0.0; rows * rows],
@@ -146,7 +145,7 @@ impl Loops {
         }
         let regular = symmetric_factor(&mut self.s, rows);
         self.nearly_dependent = false;
-        if regular && (0..rows).all(|r| self.is_strong(&self.s, &self.scratch, r)) {
+        if regular && self.are_strong(&self.s, &self.scratch) {
             return true;
         }
         self.undamped = None;
@@ -158,9 +157,12 @@ impl Loops {
         self.weakest_pivot = if regular { self.find_weakest_pivot() } else { 0.0 };
         self.undamped = regular.then(|| self.s.clone());
         self.write_schur_complement(d);
-        for r in 0..rows {
-            self.damping[r] = DAMPING * self.accelerance(&self.scratch, r);
-            self.s[r * rows + r] += self.damping[r];
+        for closure in &self.closures {
+            let damping = DAMPING * accelerance(&self.scratch, closure);
+            for r in closure.clone() {
+                self.damping[r] = damping;
+                self.s[r * rows + r] += damping;
+            }
         }
         symmetric_factor(&mut self.s, rows)
     }
@@ -177,29 +179,34 @@ impl Loops {
             }
         }
         let diagonal: Vec<f64> = (0..rows).map(|r| gram[r * rows + r]).collect();
-        symmetric_factor(&mut gram, rows) && (0..rows).all(|r| self.is_strong(&gram, &diagonal, r))
+        symmetric_factor(&mut gram, rows) && self.are_strong(&gram, &diagonal)
     }
 
-    /// Sum of the diagonal entries of the closure of a row. Unlike one of them it does not depend on the axes.
-    #[inline]
-    fn accelerance(&self, diagonal: &[f64], row: usize) -> f64 {
-        diagonal[self.rows_of[row].clone()].iter().sum()
-    }
-
-    /// Whether the pivot of a row is above [`NEARLY_DEPENDENT`].
-    #[inline]
-    fn is_strong(&self, factor: &[f64], diagonal: &[f64], row: usize) -> bool {
-        // The factor holds inverse pivots.
-        NEARLY_DEPENDENT * factor[row * diagonal.len() + row] * self.accelerance(diagonal, row) <= 1.0
+    /// Whether all pivots are above [`NEARLY_DEPENDENT`].
+    fn are_strong(&self, factor: &[f64], diagonal: &[f64]) -> bool {
+        self.closures.iter().all(|rows| {
+            let accelerance = accelerance(diagonal, rows);
+            // The factor holds inverse pivots.
+            let mut pivots = rows.clone().map(|r| factor[r * diagonal.len() + r]);
+            pivots.all(|inverse| NEARLY_DEPENDENT * inverse * accelerance <= 1.0)
+        })
     }
 
     /// Smallest pivot of the factor of S relative to the accelerance of its closure, whose diagonal is in the scratch
     /// memory.
     fn find_weakest_pivot(&self) -> f64 {
-        let rows = self.right.len();
-        let pivots = (0..rows).map(|r| 1.0 / (self.s[r * rows + r] * self.accelerance(&self.scratch, r)));
+        let count = self.right.len();
+        let pivots = self.closures.iter().flat_map(|rows| {
+            let accelerance = accelerance(&self.scratch, rows);
+            rows.clone().map(move |r| 1.0 / (self.s[r * count + r] * accelerance))
+        });
         pivots.fold(f64::INFINITY, f64::min)
     }
+}
+
+/// Sum of the diagonal entries of a closure. Unlike one of them it does not depend on the axes.
+fn accelerance(diagonal: &[f64], rows: &Range<usize>) -> f64 {
+    diagonal[rows.clone()].iter().sum()
 }
 
 /// Size of a projection onto the loop closures. Coordinates are multiplied by their levers: the largest
