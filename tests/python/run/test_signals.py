@@ -55,6 +55,12 @@ class TestSpectrum:
         assert raw.amplitude[np.argmin(abs(raw.lines - 2.0))] > 0.02  # smeared to the second
         assert raw.lines[1] == pytest.approx(0.25)
 
+    def test_pieces_have_at_least_four_revolutions(self):
+        scene = cc.mechanisms.slider_crank(clearance_at=())
+        run = cc.simulate(scene, duration=16 * scene.period, samples=1601, outputs=["slider.ax"])
+        found = run.spectrum("slider.ax")
+        assert found.lines[4] == pytest.approx(1.0 / scene.period, rel=1e-3) and found.pieces == 7
+
     def test_a_falling_angle_counts_as_well(self):
         run = crank(0.3)
         back = dataclasses.replace(run, samples=run.samples * [-1.0, 1.0])
@@ -71,7 +77,8 @@ class TestSpectrum:
         run = crank(0.3, turns=3, samples=61)
         for arguments, problem in (
             ({"window": -1.0}, "window must be"),
-            ({"window": 4.0}, "window must hold"),
+            ({"window": 4.0}, "window must be from 0.4 to 3.05 s"),
+            ({"window": 4.0, "angle": "crank"}, "to 3 revolutions"),
             ({"window": 1.5, "angle": "crank"}, "whole number of revolutions"),
             ({"angle": 3}, "name of a body or joint"),
             ({"angle": "krank"}, "krank.angle"),

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from ...base.arguments import Checks
 from ...base.named import Named
 from ...scene.columns import column_unit
+from ...scene.scene import Scene, Speed
 from .cycles import Cycles, cycles_of
 from .spectrum import Spectrum, spectrum_of
 
@@ -18,6 +19,7 @@ class WithSignals(Named[Array]):
     """Base of runs, which have columns over equally spaced instants ``t``."""
 
     t: Array
+    scene: Scene
 
     def spectrum(self, output: str, *, angle: str | None = None, window: float | None = None) -> Spectrum:
         """Averaged spectrum of an output, over the frequency or over the orders of a crank (Welch's method).
@@ -35,7 +37,7 @@ class WithSignals(Named[Array]):
             column ``"NAME.angle"``.
         window : float, optional
             Length of a piece [s], or in whole revolutions with an angle [-]; an eighth of the run if not
-            given, and at least four revolutions if it has as many. Lines are the inverse of it apart.
+            given, and at least four revolutions of its drive. Lines are the inverse of it apart.
 
         Returns
         -------
@@ -65,7 +67,9 @@ class WithSignals(Named[Array]):
             window = checks.real("window", window, "s" if angle is None else "-", above=0.0)
         values = self._column(checks, output)
         turned = None if angle is None else self._entry(f"{angle}.angle")
-        return spectrum_of(self.t, values, output, column_unit(output), angle, turned, window)
+        turns = any(isinstance(drive, Speed) and drive.speed for drive in self.scene.drives)
+        period = self.scene.period if turns else 0.0
+        return spectrum_of(self.t, values, output, column_unit(output), angle, turned, window, period)
 
     def cycles(self, output: str) -> Cycles:
         """Load cycles of an output by rainflow counting (ASTM E1049), for fatigue.

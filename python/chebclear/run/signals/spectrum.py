@@ -76,7 +76,8 @@ class Spectrum(Shown):
 
     def __repr__(self) -> str:
         over = f"the orders of {self.angle}" if self.angle else "the frequency"
-        return f"<Spectrum of {self.output} over {over}: {len(self.lines)} lines, {self.pieces} pieces>"
+        pieces = "1 piece" if self.pieces == 1 else f"{self.pieces} pieces"
+        return f"<Spectrum of {self.output} over {over}: {len(self.lines)} lines, {pieces}>"
 
     def __str__(self) -> str:
         word = "order " if self.angle else ""
@@ -100,24 +101,29 @@ def spectrum_of(
     crank: str | None,
     angle: Array | None,
     window: float | None,
+    period: float = 0.0,
 ) -> Spectrum:
-    """The spectrum of equally spaced samples, or of their values at equal steps of an angle [rad]."""
+    """The spectrum of equally spaced samples, or of their values at equal steps of an angle [rad].
+
+    `period` is the time of a revolution [s], 0 if there is none; for the length of pieces over the time.
+    """
     if not np.all(np.isfinite(values)):
         raise ArgumentError(f"{name} is not known at all samples: a spectrum needs a run without gaps")
     if angle is None:
-        step, span = float(t[-1] - t[0]) / (len(t) - 1), float(t[-1] - t[0])
-        window = span / _PIECES if window is None else window
-        length, what = round(window / step), f"samples of {step:.3g} s"
+        step, turn, what = float(t[-1] - t[0]) / (len(t) - 1), period, "s"
     else:
         step, values = _at_equal_angles(t, values, angle, str(crank))
-        turns = round(len(values) * step)
-        if window is None:
-            window = min(turns, max(_APART, turns // _PIECES))
-        elif window != int(window):
-            raise ArgumentError(f"window must be a whole number of revolutions, got {window:g}")
-        length, what = round(window / step), f"samples, {round(1 / step)} a revolution"
+        turn, what = 1.0, "revolutions"
+    span = len(values) * step
+    if window is None:
+        window = min(span, max(_APART * turn, span / _PIECES))
+        window = window if angle is None else math.floor(window + 1e-9)
+    elif angle is not None and window != int(window):
+        raise ArgumentError(f"window must be a whole number of revolutions, got {window:g}")
+    length = round(window / step)
     if not _LEAST_SAMPLES <= length <= len(values):
-        raise ArgumentError(f"window must hold {_LEAST_SAMPLES} to {len(values)} {what}, got {window:.3g}")
+        least = _LEAST_SAMPLES * step
+        raise ArgumentError(f"window must be from {least:.3g} to {span:.6g} {what}, got {window:g}")
     power, pieces = averaged_power(values, length)
     lines = np.arange(len(power)) / (length * step)
     if power[int(_EDGE * len(power)) :].sum() > _FOLDED * power.sum():
