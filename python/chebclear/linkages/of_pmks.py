@@ -142,7 +142,7 @@ class _Reader:
         if not flag & _PRISMATIC:
             return
         if flag & (_WELDED | _SEALED):
-            read.refuse(f"joints.{pin}", "is a welded slider or a cylinder, for which a scene has no part")
+            read.refuse(f"joints.{pin}", "is a welded slider or a cylinder, which is not read")
         sliding, block = self.blocks.get(pin, (pin, 0.0))
         block = block or self.mass * _decimal(mass or "0")
         if flag & _GROUNDED:

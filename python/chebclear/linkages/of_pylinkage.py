@@ -42,7 +42,7 @@ def of_components(source: Any) -> Linkage:
         elif kind in ("FixedDyad", "PointTracker"):
             _point(read, part.name, part.anchor1.name, part.anchor2.name, part.distance, part.angle)
         elif kind != "Ground":
-            read.refuse(part.name, f"is a {kind}, for which there is no part in a scene")
+            read.refuse(part.name, f"is a {kind}, which is not read")
     return read
 
 
@@ -89,9 +89,7 @@ def of_mechanism(values: Mapping[str, Any]) -> Linkage:
     places = {}
     for pin, joint in joints.items():
         if kinds[pin] not in ("ground", "revolute", "prismatic", "tracker"):
-            read.refuse(
-                f"joints.{pin}", f'has the type "{kinds[pin]}", for which there is no part in a scene'
-            )
+            read.refuse(f"joints.{pin}", f'has the type "{kinds[pin]}", which is not read')
         if kinds[pin] != "tracker":
             places[pin] = _place(read, f"joints.{pin}.position", joint.get("position"))
     read.ground = {pin: place for pin, place in places.items() if kinds[pin] == "ground"}
@@ -120,7 +118,7 @@ def _read_link(
     if kind == "ground":
         return
     if kind not in ("link", "driver"):
-        read.refuse(path, f'has the type "{kind}", for which there is no part in a scene')
+        read.refuse(path, f'has the type "{kind}", which is not read')
     elif len(pins) < 2 or not places.keys() >= set(pins):
         read.refuse(path, "must have two joints or more, which are in the list of joints")
     elif kind == "link":

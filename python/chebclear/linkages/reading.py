@@ -52,8 +52,8 @@ def read_linkage(
     Raises
     ------
     SceneError
-        Where the source has parts that a scene has not, such as gears and cams, two drives, or points that
-        belong to no rigid link; all are named. If a file is of another program.
+        Where the source has parts that are not read, such as gears, cams and cylinders, two drives, or points
+        that belong to no rigid link; all are named. If a file is of another program.
     ValueError
         If a number that is needed is missing or out of range.
     OSError
