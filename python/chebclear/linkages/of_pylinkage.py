@@ -19,52 +19,69 @@ from .linkage import Link, Linkage, Slot
 
 def of_components(source: Any) -> Linkage:
     """A `pylinkage.Linkage`."""
-    read = Linkage(str(source.name), links={})
-    for part in source.components:
-        if type(part).__name__ == "Ground":
-            read.ground[part.name] = complex(*part.position)
+    reader = _Components(source)
     # In the order in which pylinkage solves them, so that the links of an anchor are known.
     for part in getattr(source, "_solve_order", None) or source._find_solve_order():
-        kind = type(part).__name__
-        if kind == "Crank":
-            if read.crank is not None:
-                read.refuse(part.name, "is a second crank: one is read")
-                continue
-            name = f"{part.name}_link"
-            bar = _bar(read, name, part.anchor, part, part.radius)
-            read.crank = (bar.name, part.anchor.name)
+        reader.read_part(part)
+    return reader.read
+
+
+class _Components:
+    """Makes a linkage of the components of pylinkage."""
+
+    def __init__(self, source: Any) -> None:
+        self.read = Linkage("" if source.name == str(id(source)) else str(source.name))
+        self.names: dict[int, str] = {}
+        for number, part in enumerate(source.components, start=1):
+            # pylinkage calls by its address in memory what the user has not named.
+            named = part.name != str(id(part))
+            name = part.name if named else f"{type(part).__name__}{number}"
+            if name in self.names.values():
+                self.read.refuse(name, "is the name of two components")
+            self.names[id(part)] = name
+
+    def name(self, part: Any) -> str:
+        """The name of a component or of the output of one."""
+        return self.names[id(getattr(part, "_parent", part))]
+
+    def read_part(self, part: Any) -> None:
+        name, kind, read = self.name(part), type(part).__name__, self.read
+        if kind == "Ground":
+            read.ground[name] = complex(*part.position)
+        elif kind == "Crank" and read.crank is None:
+            self.bar(f"{name}_link", part.anchor, part, part.radius)
+            read.crank = (f"{name}_link", self.name(part.anchor))
         elif kind == "RRRDyad":
-            _bar(read, f"{part.name}_link1", part.anchor1, part, part.distance1)
-            _bar(read, f"{part.name}_link2", part.anchor2, part, part.distance2)
+            self.bar(f"{name}_link1", part.anchor1, part, part.distance1)
+            self.bar(f"{name}_link2", part.anchor2, part, part.distance2)
         elif kind == "RRPDyad":
-            _bar(read, f"{part.name}_link", part.revolute_anchor, part, part.distance)
-            _slot(read, part)
+            self.bar(f"{name}_link", part.revolute_anchor, part, part.distance)
+            self.slot(part)
         elif kind in ("FixedDyad", "PointTracker"):
-            _point(read, part.name, part.anchor1.name, part.anchor2.name, part.distance, part.angle)
-        elif kind != "Ground":
-            read.refuse(part.name, f"is a {kind}, which is not read")
-    return read
+            first, second = self.name(part.anchor1), self.name(part.anchor2)
+            _point(read, name, first, second, part.distance, part.angle)
+        else:
+            read.refuse(name, "is a second Crank" if kind == "Crank" else f"is a {kind}, which is not read")
 
+    def bar(self, name: str, anchor: Any, part: Any, length: float) -> None:
+        bearing = cmath.phase(complex(*part.position) - complex(*anchor.position))
+        points = {self.name(anchor): 0j, self.name(part): complex(length)}
+        self.read.links[name] = Link(name, points, bearing)
 
-def _bar(read: Linkage, name: str, anchor: Any, part: Any, length: float) -> Link:
-    bearing = cmath.phase(complex(*part.position) - complex(*anchor.position))
-    read.links[name] = Link(name, {anchor.name: 0j, part.name: complex(length)}, bearing)
-    return read.links[name]
-
-
-def _slot(read: Linkage, part: Any) -> None:
-    """The line of a slider, through two pins of ground or of one link."""
-    names = (part.line_anchor1.name, part.line_anchor2.name)
-    link = read.holding(*names)
-    if read.ground.keys() >= set(names):
-        owner, places = "ground", read.ground
-    elif link is not None:
-        owner, places = link.name, link.points
-    else:
-        read.refuse(part.name, f"slides along a line through {names[0]} and {names[1]}, which no link joins")
-        return
-    start, end = (places[name] for name in names)
-    read.slots.append(Slot(part.name, owner, start, end - start))
+    def slot(self, part: Any) -> None:
+        """The line of a slider, through two pins of ground or of one link."""
+        read, name = self.read, self.name(part)
+        ends = self.name(part.line_anchor1), self.name(part.line_anchor2)
+        link = read.holding(*ends)
+        if read.ground.keys() >= set(ends):
+            owner, places = "ground", read.ground
+        elif link is not None:
+            owner, places = link.name, link.points
+        else:
+            read.refuse(name, f"slides along a line through {ends[0]} and {ends[1]}, which no link joins")
+            return
+        start, end = (places[one] for one in ends)
+        read.slots.append(Slot(name, owner, start, end - start))
 
 
 def _point(read: Linkage, name: str, first: str, second: str, distance: float, angle: float) -> None:

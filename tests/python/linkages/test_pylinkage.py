@@ -128,6 +128,16 @@ def test_files_and_objects_are_the_same(tmp_path):
     assert cc.read_linkage(tmp_path / "linkage.json", **GIVEN) == cc.read_linkage(source, **GIVEN)
 
 
+def test_components_without_names_get_some_and_names_stand_once():
+    pivot, ground = pl.Ground(0.0, 0.0), pl.Ground(3.0, 0.5)
+    driven = pl.Crank(pivot, 1.0)
+    linkage = pl.Linkage([pivot, driven, ground, pl.RRRDyad(driven, ground, 3.0, 2.0)])
+    assert [body.name for body in cc.read_linkage(linkage, **GIVEN).scene().bodies] == [
+        "Crank2_link", "RRRDyad4_link1", "RRRDyad4_link2"]  # fmt: skip
+    pivot.name = ground.name = "O"
+    assert [problem.path for problem in refused(linkage)] == ["O"]
+
+
 def test_bars_have_the_mass_and_inertia_of_bars():
     scene = cc.read_linkage(LINKAGES["six bars"](), density=2700.0, **GIVEN).scene()
     rocker = next(body for body in scene.bodies if body.name == "B_link2")
