@@ -11,6 +11,7 @@ from .scene.scene import (
     LankaraniNikravesh,
     ModifiedCoulomb,
     SmoothedCoulomb,
+    StickSlip,
 )
 
 __all__ = [
@@ -23,5 +24,6 @@ __all__ = [
     "LankaraniNikravesh",
     "ModifiedCoulomb",
     "SmoothedCoulomb",
+    "StickSlip",
     "hertz_stiffness",
 ]

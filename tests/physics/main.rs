@@ -29,10 +29,11 @@ mod dynamics {
     pub(crate) mod constraints;
     mod couplings;
     mod expressions;
-    mod guides;
+    pub(crate) mod guides;
     mod loops;
     mod mechanics;
     pub(crate) mod random_trees;
+    mod sticking;
 }
 
 mod mechanism {

@@ -250,7 +250,7 @@ class Pins:
     contact : contact law, optional
         Law of the normal force, see `ClearanceRevolute`; Lankarani and Nikravesh's with Hertz's stiffness,
         from the material and the restitution, if not given.
-    friction : ModifiedCoulomb, SmoothedCoulomb or None
+    friction : ModifiedCoulomb, SmoothedCoulomb, StickSlip or None
         Friction law of the pins with clearance; the paper's Table 2 if not given.
     sliding : {"surface", "contact_point"}, optional
         Sliding velocity of the pins, see `ClearanceRevolute`; of the material surfaces, or that of the

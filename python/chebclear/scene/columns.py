@@ -22,6 +22,7 @@ _COLUMNS = {
     "normal_force": ("N", "normal force in"),
     "friction_force": ("N", "friction force in"),
     "contact": ("-", "contact in"),
+    "sticking": ("-", "sticking in"),
     "torque": ("N m", "torque of"),
     "force": ("N", "force of"),
     "driver_torque": ("N m", "torque on the driver of"),

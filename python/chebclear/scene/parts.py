@@ -9,7 +9,7 @@ from typing import ClassVar, TypeAlias
 from ..base.shown import Shown
 from ..base.units import unit
 from .forces import Bushing, Damper, Force, Gravity, Spring, Torque, TorsionDamper, TorsionSpring
-from .laws import CONTACT_LAWS, ContactLaw, FrictionLaw, ModifiedCoulomb, SmoothedCoulomb
+from .laws import CONTACT_LAWS, FRICTION_LAWS, ContactLaw, FrictionLaw
 from .motions import BodyStart, ClearanceStart, GuideStart, JointStart, Motion, Speed
 from .schema import Part, Points, Vector
 
@@ -128,7 +128,7 @@ class ClearanceRevolute(Part):
         Radial clearance, bearing radius minus journal radius [m].
     contact : LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley, KelvinVoigt, Impact or Hertz
         Law of the normal force.
-    friction : ModifiedCoulomb or SmoothedCoulomb, optional
+    friction : ModifiedCoulomb, SmoothedCoulomb or StickSlip, optional
         Law of the friction force; none if not given.
     sliding : {"surface", "contact_point"}
         Sliding velocity in the friction law: of the two material surfaces, or of the geometric contact point
@@ -150,7 +150,7 @@ class ClearanceRevolute(Part):
     _tag = ("type", "clearance_revolute")
     _choices: ClassVar = {
         "contact": CONTACT_LAWS,
-        "friction": (ModifiedCoulomb, SmoothedCoulomb),
+        "friction": FRICTION_LAWS,
     }
 
     name: str
@@ -185,7 +185,7 @@ class ClearancePrismatic(Part):
         Distance of the block in the middle to each face [m]: half of the whole play.
     contact : LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley, KelvinVoigt, Impact or Hertz
         Law of the normal force of each corner.
-    friction : ModifiedCoulomb or SmoothedCoulomb, optional
+    friction : ModifiedCoulomb, SmoothedCoulomb or StickSlip, optional
         Law of the friction force; none if not given.
     angle : float
         Angle of body b relative to body a without tilt [rad].
@@ -207,7 +207,7 @@ class ClearancePrismatic(Part):
     """
 
     _tag = ("type", "clearance_prismatic")
-    _choices: ClassVar = {"contact": CONTACT_LAWS, "friction": (ModifiedCoulomb, SmoothedCoulomb)}
+    _choices: ClassVar = {"contact": CONTACT_LAWS, "friction": FRICTION_LAWS}
 
     name: str
     a: str
@@ -241,14 +241,14 @@ class PinInSlot(Part):
         Distance of the pin in the middle to each face [m]: half of the whole play.
     contact : LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley, KelvinVoigt, Impact or Hertz
         Law of the normal force.
-    friction : ModifiedCoulomb or SmoothedCoulomb, optional
+    friction : ModifiedCoulomb, SmoothedCoulomb or StickSlip, optional
         Law of the friction force; none if not given.
     impact_velocity_floor : float, optional
         Lower bound of the impact velocity in the contact law [m/s], as that of `ClearanceRevolute`.
     """
 
     _tag = ("type", "pin_in_slot")
-    _choices: ClassVar = {"contact": CONTACT_LAWS, "friction": (ModifiedCoulomb, SmoothedCoulomb)}
+    _choices: ClassVar = {"contact": CONTACT_LAWS, "friction": FRICTION_LAWS}
 
     name: str
     slot: str
@@ -275,7 +275,7 @@ class Stop(Part):
         Direction out of the face in the frame of body a [-], of any length; the face has no ends.
     contact : LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley, KelvinVoigt, Impact or Hertz
         Law of the normal force.
-    friction : ModifiedCoulomb or SmoothedCoulomb, optional
+    friction : ModifiedCoulomb, SmoothedCoulomb or StickSlip, optional
         Law of the friction force; none if not given.
     radius : float
         Radius of the edge [m]; zero for a corner.
@@ -284,7 +284,7 @@ class Stop(Part):
     """
 
     _tag = ("type", "stop")
-    _choices: ClassVar = {"contact": CONTACT_LAWS, "friction": (ModifiedCoulomb, SmoothedCoulomb)}
+    _choices: ClassVar = {"contact": CONTACT_LAWS, "friction": FRICTION_LAWS}
 
     name: str
     a: str

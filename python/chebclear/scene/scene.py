@@ -55,6 +55,7 @@ from .laws import (
     LankaraniNikravesh as LankaraniNikravesh,
     ModifiedCoulomb as ModifiedCoulomb,
     SmoothedCoulomb as SmoothedCoulomb,
+    StickSlip as StickSlip,
 )
 from .motions import (
     BodyStart as BodyStart,

@@ -1,5 +1,6 @@
 //! Friction laws: sliding velocity in, friction coefficient out.
 
+use crate::contact::sticking::StickSlip;
 use crate::numerics::dual::Scalar;
 
 /// A law for the friction coefficient.
@@ -32,6 +33,8 @@ pub enum FrictionLaw {
         /// Velocity V of the smoothing [m/s]: at 3 V the force is 99.5 % of Coulomb's.
         velocity: f64,
     },
+    /// Coulomb friction with sticking: what a contact transmits depends on its traction, here are its coefficients.
+    StickSlip(StickSlip),
 }
 
 impl FrictionLaw {
@@ -42,6 +45,9 @@ impl FrictionLaw {
             match *self {
                 FrictionLaw::SmoothedCoulomb { coefficient, velocity } => {
                     return (sliding_velocity * (1.0 / velocity)).tanh() * coefficient;
+                }
+                FrictionLaw::StickSlip(law) => {
+                    return law.coefficient(sliding_velocity) * sliding_velocity.value().signum();
                 }
                 FrictionLaw::ModifiedCoulomb {
                     static_coefficient,
@@ -67,21 +73,23 @@ impl FrictionLaw {
         (phase.cos() * amplitude + mean) * sign
     }
 
-    /// Sliding speed [m/s] below which the law is steep, which an integrator must resolve.
+    /// Sliding speed [m/s] below which the law is steep, which an integrator must resolve; zero without one.
     pub fn stick_velocity(&self) -> f64 {
         match *self {
             FrictionLaw::ModifiedCoulomb { stick_slip_velocity, .. } => stick_slip_velocity,
             FrictionLaw::SmoothedCoulomb { velocity, .. } => velocity,
+            FrictionLaw::StickSlip(law) => law.stribeck_velocity,
         }
     }
 
-    /// Largest slope of the coefficient over the sliding velocity [s/m], which is that at zero velocity.
+    /// Largest rate [s/m] at which the coefficient rises with the sliding velocity, which is that at zero velocity.
     pub fn steepness(&self) -> f64 {
         match *self {
             FrictionLaw::ModifiedCoulomb { static_coefficient, stick_slip_velocity, .. } => {
                 std::f64::consts::FRAC_PI_2 * static_coefficient / stick_slip_velocity
             }
             FrictionLaw::SmoothedCoulomb { coefficient, velocity } => coefficient / velocity,
+            FrictionLaw::StickSlip(_) => 0.0,
         }
     }
 
@@ -90,6 +98,8 @@ impl FrictionLaw {
         match *self {
             FrictionLaw::ModifiedCoulomb { static_sliding_velocity, .. } => static_sliding_velocity,
             FrictionLaw::SmoothedCoulomb { velocity, .. } => 3.0 * velocity,
+            // exp(-3) is 5 %.
+            FrictionLaw::StickSlip(law) => 3.0_f64.sqrt() * law.stribeck_velocity,
         }
     }
 }

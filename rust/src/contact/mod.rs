@@ -4,3 +4,4 @@
 pub mod friction;
 pub mod normal;
 pub mod pair;
+pub mod sticking;

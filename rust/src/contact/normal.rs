@@ -213,6 +213,18 @@ impl NormalLaw {
         round_to_32_bits((slope / mass).sqrt())
     }
 
+    /// Stiffness dF_N/dδ of the elastic force at a penetration [N/m].
+    pub fn stiffness_at(&self, penetration: f64) -> f64 {
+        round_to_32_bits(self.exponent * self.stiffness * penetration.powf(self.exponent - 1.0))
+    }
+
+    /// Largest penetration [m] of an elastic impact of a mass [kg] at a velocity [m/s].
+    pub fn impact_penetration(&self, mass: f64, impact_velocity: f64) -> f64 {
+        let energy = 0.5 * mass * impact_velocity * impact_velocity;
+        let order = self.exponent + 1.0;
+        round_to_32_bits((order * energy / self.stiffness).powf(1.0 / order))
+    }
+
     /// Impact velocity [m/s] for which the contact is critically damped under a load [N] on an effective mass
     /// [kg]. It sets the damping of a contact that is at rest at the start of a run.
     ///

@@ -8,8 +8,11 @@
 //! A face is fixed to the first body. Seen from that body, the point **e** of the second body touches it where its
 //! distance n·e reaches a limit: everything is as in a bearing, but the normal keeps its direction.
 
+use std::f64::consts::TAU;
+
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::{Latch, NormalLaw};
+use crate::contact::sticking::{StickSlip, Traction};
 use crate::numerics::dual::{Dual, Scalar};
 
 /// Square of the eccentricity [m²] below which the joint is concentric. Every rounding error is far above 1e-70 m, and
@@ -82,6 +85,8 @@ pub enum Phase {
         /// Whether the force is clipped to zero: the damping would make it tensile, which a dry joint cannot
         /// transmit.
         clipped: bool,
+        /// The tangential spring, where friction can stick.
+        traction: Option<Traction>,
     },
 }
 
@@ -96,6 +101,8 @@ pub struct RelativeMotion<S> {
     /// Rolling velocity of the surfaces [m/s]: ω_J R_J - ω_B R_B in a bearing, the radius of the edge times ω_b - ω_a
     /// at a face.
     pub spin: S,
+    /// Its integral since a contact began to stick [m], for one that sticks; see [`ContactLaw::rolling`].
+    pub roll: S,
 }
 
 /// Penetration, velocities and forces of a contact, for the second body relative to the first.
@@ -206,18 +213,64 @@ impl ContactLaw {
         geometry.map_or(0.0, |geometry| geometry.tangential_velocity + motion.spin)
     }
 
+    /// The friction law, if it can stick.
+    #[inline(always)]
+    pub fn stick_slip(&self) -> Option<&StickSlip> {
+        match &self.friction {
+            Some(FrictionLaw::StickSlip(law)) => Some(law),
+            _ => None,
+        }
+    }
+
+    /// Rolling velocity of a law that can stick, from the angular velocities of the two bodies, or the roll from their
+    /// angles. Both forces act where the surface of the journal is, at a distance `arm` beyond its radius from the center
+    /// of the bearing: they make no moment of their own.
+    pub fn rolling<S: Scalar>(&self, arm: S, [first, second]: [S; 2]) -> S {
+        match self.surfaces {
+            Surfaces::Bearing { journal_radius, .. } => {
+                second * journal_radius - first * (arm + journal_radius)
+            }
+            Surfaces::Face(face) => (second - first) * face.radius,
+        }
+    }
+
+    /// Slip distance u [m] of a contact that sticks, whose rate is the sliding velocity: in a bearing that of a given arm,
+    /// turned by the angle of the eccentricity, and of the roll.
+    pub fn slip_distance<S: Scalar>(&self, motion: &RelativeMotion<S>, arm: f64) -> S {
+        let [ex, ey] = motion.eccentricity;
+        match self.surfaces {
+            Surfaces::Face(Face { normal: [nx, ny], .. }) => ey * nx - ex * ny + motion.roll,
+            Surfaces::Bearing { .. } => {
+                let (x, y) = (ex.value(), ey.value());
+                let square = x * x + y * y;
+                // The angle at the value, with the derivatives that it has there.
+                let turned = ((ey - y) * x - (ex - x) * y) * (1.0 / square);
+                (turned + y.atan2(x)) * arm + motion.roll
+            }
+        }
+    }
+
     /// Penetration, velocities and forces of the contact.
     ///
     /// Where the normal is undefined, forces and rates are zero.
     #[inline(always)]
     pub fn evaluate<S: Scalar>(&self, motion: &RelativeMotion<S>, phase: Phase) -> ContactState<S> {
+        match self.stick_slip() {
+            Some(law) => self.with_stick_slip(law, motion, phase),
+            None => self.without_sticking(motion, phase),
+        }
+    }
+
+    /// The same for a law that does not stick.
+    #[inline(always)]
+    fn without_sticking<S: Scalar>(&self, motion: &RelativeMotion<S>, phase: Phase) -> ContactState<S> {
         match self.surfaces {
             Surfaces::Bearing { .. } => self.in_bearing::<S, true>(motion, phase),
             Surfaces::Face(face) => self.at_face(&face, motion, phase),
         }
     }
 
-    /// The same in a bearing, with or without friction.
+    /// The same in a bearing, with or without friction that does not stick.
     #[inline(always)]
     pub(crate) fn in_bearing<S: Scalar, const FRICTION: bool>(
         &self,
@@ -238,7 +291,7 @@ impl ContactLaw {
         }
     }
 
-    /// The same at a face.
+    /// The same at a face, with friction that does not stick.
     // Not inlined, so that what it needs is not kept ready where all contacts are bearings.
     #[inline(never)]
     pub(crate) fn at_face<S: Scalar>(
@@ -248,6 +301,64 @@ impl ContactLaw {
         phase: Phase,
     ) -> ContactState<S> {
         self.forces::<S, true>(face.geometry(motion), motion.spin, phase)
+    }
+
+    /// The same with friction that can stick. While it does, force and moments are those that do the work of the slip
+    /// distance, so that what the spring stores comes back.
+    #[inline(never)]
+    fn with_stick_slip<S: Scalar>(
+        &self,
+        law: &StickSlip,
+        motion: &RelativeMotion<S>,
+        phase: Phase,
+    ) -> ContactState<S> {
+        let zero = S::constant(0.0);
+        let geometry = match self.surfaces {
+            Surfaces::Bearing { .. } => self.geometry(motion),
+            Surfaces::Face(face) => Some(face.geometry(motion)),
+        };
+        let Some(geometry) = geometry else { return self.in_bearing::<S, false>(motion, phase) };
+        let Geometry { inverse, normal: [nx, ny], penetration, penetration_rate, tangential_velocity } =
+            geometry;
+        let lever = match (self.surfaces, phase) {
+            (Surfaces::Bearing { .. }, Phase::Contact { traction: Some(traction), .. })
+                if traction.sticks() =>
+            {
+                inverse * traction.arm
+            }
+            _ => S::constant(1.0),
+        };
+        let sliding_velocity = tangential_velocity * lever + motion.spin;
+        let (mut normal_force, mut friction_force) = (zero, zero);
+        if let Phase::Contact { latch, clipped: false, traction: Some(traction) } = phase {
+            normal_force = self.normal.normal_force(penetration, penetration_rate, latch);
+            friction_force = if traction.sticks() {
+                let spring = self.spring_force(&traction, motion, zero);
+                spring - law.damping(&traction, normal_force, spring) * sliding_velocity
+            } else {
+                -(law.coefficient(sliding_velocity) * normal_force * traction.direction)
+            };
+        }
+        let along = friction_force * lever;
+        let force = [-(normal_force * nx) - along * ny, along * nx - normal_force * ny];
+        ContactState { penetration, penetration_rate, sliding_velocity, normal_force, friction_force, force }
+    }
+
+    /// Force of the tangential spring on the second body [N]; while the contact slides it is that of friction.
+    pub fn spring_force<S: Scalar>(
+        &self,
+        traction: &Traction,
+        motion: &RelativeMotion<S>,
+        friction_force: S,
+    ) -> S {
+        if !traction.sticks() {
+            return friction_force;
+        }
+        let elongation = self.slip_distance(motion, traction.arm) - traction.anchor;
+        // A full turn of the eccentricity does not count: springs are stretched by far less than its way.
+        let way = TAU * traction.arm;
+        let turns = if way > 0.0 { (elongation.value() / way).round() } else { 0.0 };
+        -((elongation - turns * way) * traction.stiffness)
     }
 
     #[inline(always)]
@@ -265,7 +376,7 @@ impl ContactLaw {
             SlidingVelocity::ContactPoint => tangential_velocity * penetration * inverse,
         };
         let normal_force = match phase {
-            Phase::Contact { latch, clipped: false } => {
+            Phase::Contact { latch, clipped: false, .. } => {
                 self.normal.normal_force(penetration, penetration_rate, latch)
             }
             _ => zero,
@@ -285,15 +396,16 @@ impl ContactLaw {
         self.in_bearing::<f64, false>(motion, Phase::Free)
     }
 
-    /// Force on the second body and friction, with their derivatives with respect to
+    /// Force on the second body and friction, by a law that does not stick, with their derivatives with respect to
     /// (e_x, e_y, ė_x, ė_y, spin): `[force_x, force_y, friction_force]`.
     pub fn force_gradient(&self, motion: &RelativeMotion<f64>, phase: Phase) -> [Dual<5>; 3] {
         let dual = RelativeMotion {
             eccentricity: [Dual::input(motion.eccentricity[0], 0), Dual::input(motion.eccentricity[1], 1)],
             rate: [Dual::input(motion.rate[0], 2), Dual::input(motion.rate[1], 3)],
             spin: Dual::input(motion.spin, 4),
+            roll: Dual::constant(motion.roll),
         };
-        let state = self.evaluate(&dual, phase);
+        let state = self.without_sticking(&dual, phase);
         [state.force[0], state.force[1], state.friction_force]
     }
 
@@ -311,6 +423,7 @@ impl ContactLaw {
             eccentricity: along(motion.eccentricity, motion.rate),
             rate: along(motion.rate, acceleration),
             spin: Dual::constant(motion.spin),
+            roll: Dual::constant(motion.roll),
         };
         let state = match self.surfaces {
             Surfaces::Bearing { .. } => self.in_bearing::<Dual<1>, false>(&dual, phase),
@@ -328,14 +441,24 @@ impl ContactLaw {
     }
 
     /// Sliding speed [m/s] below which the friction force changes steeply with the relative velocity, `None`
-    /// if it does nowhere.
+    /// if it does nowhere, as a law that can stick.
     ///
     /// The printed sliding velocity is smaller than the relative velocity by the factor δ/|e|, about 0.01, so
     /// that friction is flatter by this factor.
     pub fn stick_velocity(&self) -> Option<f64> {
-        match self.sliding {
-            SlidingVelocity::Surface => self.friction.map(|law| law.stick_velocity()),
-            SlidingVelocity::ContactPoint => None,
+        match (self.sliding, self.friction) {
+            (SlidingVelocity::ContactPoint, _) | (_, Some(FrictionLaw::StickSlip(_))) => None,
+            (SlidingVelocity::Surface, law) => law.map(|law| law.stick_velocity()),
+        }
+    }
+
+    /// Whether the friction of a contact in its phase changes with the sliding velocity.
+    pub fn is_steep(&self, phase: Phase) -> bool {
+        match (self.friction, phase) {
+            (Some(FrictionLaw::StickSlip(law)), Phase::Contact { traction: Some(traction), .. }) => {
+                !traction.sticks() && law.stribeck_velocity > 0.0
+            }
+            (friction, _) => friction.is_some(),
         }
     }
 

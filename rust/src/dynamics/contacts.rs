@@ -4,6 +4,9 @@ use super::Dynamics;
 use super::reactions::Wrench;
 use crate::contact::normal::Latch;
 use crate::contact::pair::{ContactState, Face, Phase, RelativeMotion, Surfaces};
+use crate::contact::sticking::Traction;
+use crate::numerics::dual::{Dual, Scalar};
+use crate::numerics::turns::with_turns;
 use crate::tree::elements::{ContactSlot, FramePoint, Guide};
 use crate::tree::kinematics::{PointState, Vec2, perp, rotated};
 
@@ -54,7 +57,12 @@ pub struct GuideMotion {
 impl SlotContact {
     /// The value before the first evaluation.
     pub(super) const UNKNOWN: SlotContact = SlotContact {
-        motion: RelativeMotion { eccentricity: [f64::NAN; 2], rate: [f64::NAN; 2], spin: f64::NAN },
+        motion: RelativeMotion {
+            eccentricity: [f64::NAN; 2],
+            rate: [f64::NAN; 2],
+            spin: f64::NAN,
+            roll: f64::NAN,
+        },
         state: ContactState {
             penetration: f64::NAN,
             penetration_rate: f64::NAN,
@@ -107,6 +115,7 @@ impl Dynamics<'_> {
             eccentricity: (b.position - a.position).into(),
             rate: (b.velocity - a.velocity).into(),
             spin: self.spin(slot),
+            roll: 0.0,
         }
     }
 
@@ -134,6 +143,32 @@ impl Dynamics<'_> {
             - self.states[slot.points[0].frame].angular_velocity * radius_a
     }
 
+    /// Angles of the frames of the two bodies [rad] from full turns on.
+    fn angles_from(&self, slot: &ContactSlot, turns: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|end| {
+            let frame = slot.points[end].frame;
+            with_turns(self.states[frame].angle, self.frame_turns(frame) - turns[end])
+        })
+    }
+
+    /// A relative motion with the rolling velocity and the roll of a contact that can stick, in its phase.
+    pub(super) fn rolled(
+        &self,
+        slot: &ContactSlot,
+        phase: Phase,
+        motion: RelativeMotion<f64>,
+    ) -> RelativeMotion<f64> {
+        let Phase::Contact { traction: Some(traction), .. } = phase else { return motion };
+        let turning = slot.points.map(|point| self.states[point.frame].angular_velocity);
+        if traction.sticks() {
+            let spin = slot.law.rolling(traction.arm, turning);
+            let roll = slot.law.rolling(traction.arm, self.angles_from(slot, traction.turns));
+            return RelativeMotion { spin, roll, ..motion };
+        }
+        let [x, y] = motion.eccentricity;
+        RelativeMotion { spin: slot.law.rolling((x * x + y * y).sqrt(), turning), ..motion }
+    }
+
     /// A vector in the axes of the relative motion of a slot, in the world frame.
     #[inline(always)]
     fn slot_to_world(&self, slot: &ContactSlot, vector: Vec2) -> Vec2 {
@@ -148,11 +183,17 @@ impl Dynamics<'_> {
     #[inline(always)]
     pub(super) fn pair_force(&self, slot: &ContactSlot, state: &ContactState<f64>) -> PairForce {
         match slot.law.surfaces {
-            Surfaces::Bearing { bearing_radius, journal_radius } => PairForce {
-                positions: slot.points.map(|point| self.point(point).position),
-                force: state.force.into(),
-                moments: [bearing_radius * state.friction_force, journal_radius * state.friction_force],
-            },
+            Surfaces::Bearing { bearing_radius, journal_radius } => {
+                let positions = slot.points.map(|point| self.point(point).position);
+                let force = Vec2::from(state.force);
+                let on_journal = journal_radius * state.friction_force;
+                let on_bearing = match slot.law.stick_slip() {
+                    // No moment of its own, see `ContactLaw::rolling`.
+                    Some(_) => on_journal + (positions[1] - positions[0]).perp(&force),
+                    None => bearing_radius * state.friction_force,
+                };
+                PairForce { positions, force, moments: [on_bearing, on_journal] }
+            }
             Surfaces::Face(face) => {
                 let touching = self.point(slot.points[1]).position
                     + self.slot_to_world(slot, face.radius * Vec2::from(face.normal));
@@ -169,13 +210,15 @@ impl Dynamics<'_> {
             Surfaces::Bearing { .. } => [a, b],
             Surfaces::Face(Face { normal, radius, .. }) => {
                 let place = self.point(b).position + self.slot_to_world(slot, radius * Vec2::from(normal));
-                [a, b].map(|point| {
-                    let frame = &self.states[point.frame];
-                    let offset = rotated(place - frame.position, frame.cosine, -frame.sine);
-                    FramePoint { frame: point.frame, offset }
-                })
+                [a, b].map(|point| self.at_place(point, place))
             }
         }
+    }
+
+    /// The point of the frame of another one at a place in the world.
+    fn at_place(&self, point: FramePoint, place: Vec2) -> FramePoint {
+        let frame = &self.states[point.frame];
+        FramePoint { frame: point.frame, offset: rotated(place - frame.position, frame.cosine, -frame.sine) }
     }
 
     /// Unit vector in the world frame along which the surfaces of a slot approach, after [`Dynamics::move_to`]; NaN in a
@@ -194,9 +237,11 @@ impl Dynamics<'_> {
         }
     }
 
+    /// The contact of a slot in a phase, after [`Dynamics::move_to`].
     #[inline(always)]
-    pub(super) fn contact_of(&self, slot: &ContactSlot, phase: Phase) -> SlotContact {
+    pub fn contact_of(&self, slot: &ContactSlot, phase: Phase) -> SlotContact {
         match slot.law.surfaces {
+            _ if slot.law.stick_slip().is_some() => self.contact_with_stick_slip(slot, phase),
             Surfaces::Bearing { .. } => {
                 let motion = self.motion_in_bearing(slot, &self.slot_ends(slot));
                 SlotContact { motion, state: slot.law.in_bearing::<f64, true>(&motion, phase) }
@@ -209,6 +254,12 @@ impl Dynamics<'_> {
     fn contact_at_face(&self, slot: &ContactSlot, face: &Face, phase: Phase) -> SlotContact {
         let motion = relative_motion(&self.motion_at_face(slot));
         SlotContact { motion, state: slot.law.at_face(face, &motion, phase) }
+    }
+
+    #[inline(never)]
+    fn contact_with_stick_slip(&self, slot: &ContactSlot, phase: Phase) -> SlotContact {
+        let motion = self.rolled(slot, phase, self.contact_motion(slot));
+        SlotContact { motion, state: slot.law.evaluate(&motion, phase) }
     }
 
     /// The contact of a slot, after [`Dynamics::find_contacts`].
@@ -230,6 +281,54 @@ impl Dynamics<'_> {
             }
             Surfaces::Face(face) => self.contact_at_face(slot, &face, Phase::Free).state,
         }
+    }
+
+    /// The traction of a contact whose spring exerts a force [N] on the second body and sticks from now on, after
+    /// [`Dynamics::move_to`].
+    pub fn anchored(&self, slot: &ContactSlot, force: f64, traction: Traction) -> Traction {
+        let motion = self.contact_motion(slot);
+        let turns = slot.points.map(|point| self.frame_turns(point.frame));
+        let arm = match slot.law.surfaces {
+            Surfaces::Bearing { .. } => Vec2::from(motion.eccentricity).norm(),
+            Surfaces::Face(_) => 0.0,
+        };
+        let unloaded = Traction { direction: 0.0, anchor: 0.0, arm, turns, ..traction };
+        let roll = slot.law.rolling(arm, self.angles_from(slot, turns));
+        let slip_distance = slot.law.slip_distance(&RelativeMotion { roll, ..motion }, arm);
+        Traction { anchor: slip_distance + force / traction.stiffness, ..unloaded }
+    }
+
+    /// Velocity u̇ + Ḟ_t / k of the slider of a contact that slides [m/s], after [`Dynamics::accelerate`]: the sliding
+    /// velocity less the rate at which the spring stretches.
+    pub fn slider_velocity(&self, slot: &ContactSlot, phase: Phase, traction: &Traction) -> f64 {
+        let SlotMotion { eccentricity, rate, acceleration, .. } = self.slot_motion(slot);
+        let in_time = |value, rate| Dual { value, gradient: [rate] };
+        let along = |value: Vec2, rate: Vec2| [0, 1].map(|k| in_time(value[k], rate[k]));
+        let turning = slot.points.map(|point| {
+            let frame = &self.states[point.frame];
+            in_time(frame.angular_velocity, frame.angular_acceleration)
+        });
+        let [x, y] = along(eccentricity, rate);
+        let motion = RelativeMotion {
+            eccentricity: [x, y],
+            rate: along(rate, acceleration),
+            spin: slot.law.rolling((x * x + y * y).sqrt(), turning),
+            // The force of a contact that slides does not depend on it.
+            roll: in_time(0.0, 0.0),
+        };
+        let state = slot.law.evaluate(&motion, phase);
+        state.sliding_velocity.value + state.friction_force.gradient[0] / traction.stiffness
+    }
+
+    /// The points of the two surfaces that touch in a slot, where the roll of both counts.
+    pub fn surface_points(&self, slot: &ContactSlot) -> [FramePoint; 2] {
+        let place = match slot.law.surfaces {
+            Surfaces::Bearing { journal_radius, .. } => {
+                self.point(slot.points[1]).position + journal_radius * self.slot_normal(slot)
+            }
+            Surfaces::Face(_) => return self.touching_points(slot),
+        };
+        slot.points.map(|point| self.at_place(point, place))
     }
 
     /// Where something slides in a guide, after [`Dynamics::move_to`].
@@ -259,22 +358,26 @@ impl Dynamics<'_> {
     /// Adds the generalized force of a contact, which it returns.
     // Inlined for the reason given at `add_pair`.
     #[inline(always)]
-    pub(super) fn add_contact(&self, slot: &ContactSlot, phase: Phase, forces: &mut [f64]) -> SlotContact {
+    pub(super) fn add_contact(&self, slot: &ContactSlot, phase: &Phase, forces: &mut [f64]) -> SlotContact {
         let Surfaces::Bearing { bearing_radius, journal_radius } = slot.law.surfaces else {
-            return self.add_contact_at_face(slot, phase, forces);
+            return self.add_contact_aside(slot, phase, forces);
         };
+        if slot.law.stick_slip().is_some() {
+            return self.add_contact_aside(slot, phase, forces);
+        }
         let ends = self.slot_ends(slot);
         let motion = self.motion_in_bearing(slot, &ends);
-        let state = slot.law.in_bearing::<f64, true>(&motion, phase);
+        let state = slot.law.in_bearing::<f64, true>(&motion, *phase);
         let moments = [bearing_radius * state.friction_force, journal_radius * state.friction_force];
         let positions = [ends[0].position, ends[1].position];
         self.add_pair(slot.points, positions, state.force.into(), moments, forces);
         SlotContact { motion, state }
     }
 
+    /// The same of less common kinds.
     #[inline(never)]
-    fn add_contact_at_face(&self, slot: &ContactSlot, phase: Phase, forces: &mut [f64]) -> SlotContact {
-        let contact = self.contact_of(slot, phase);
+    fn add_contact_aside(&self, slot: &ContactSlot, phase: &Phase, forces: &mut [f64]) -> SlotContact {
+        let contact = self.contact_of(slot, *phase);
         let PairForce { positions, force, moments } = self.pair_force(slot, &contact.state);
         self.add_pair(slot.points, positions, force, moments, forces);
         contact
@@ -291,7 +394,9 @@ impl Dynamics<'_> {
             // force.
             let mut response = |clipped| {
                 self.phases[index] = match phases[index] {
-                    Phase::Contact { .. } => Phase::Contact { latch: Latch::ELASTIC, clipped },
+                    Phase::Contact { traction, .. } => {
+                        Phase::Contact { latch: Latch::ELASTIC, clipped, traction }
+                    }
                     Phase::Free => return f64::NAN,
                 };
                 if !self.acceleration(t, q, v, &mut a) {
@@ -316,5 +421,10 @@ impl Dynamics<'_> {
 
 /// The motion without accelerations, as the contact law needs it.
 pub fn relative_motion(motion: &SlotMotion) -> RelativeMotion<f64> {
-    RelativeMotion { eccentricity: motion.eccentricity.into(), rate: motion.rate.into(), spin: motion.spin }
+    RelativeMotion {
+        eccentricity: motion.eccentricity.into(),
+        rate: motion.rate.into(),
+        spin: motion.spin,
+        roll: 0.0,
+    }
 }

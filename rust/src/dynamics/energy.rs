@@ -8,6 +8,8 @@
 
 use super::{Dynamics, SlotContact};
 use crate::contact::pair::{Phase, SlidingVelocity};
+use crate::contact::sticking::Traction;
+use crate::tree::elements::ContactSlot;
 
 /// Power dissipated in a clearance joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -65,8 +67,22 @@ impl Dynamics<'_> {
         let penetration = self.contacts[index].state.penetration;
         match self.phases[index] {
             Phase::Free => 0.0,
-            Phase::Contact { .. } => self.tree.slots[index].law.normal.elastic_energy(penetration),
+            Phase::Contact { traction: None, .. } => {
+                self.tree.slots[index].law.normal.elastic_energy(penetration)
+            }
+            Phase::Contact { .. } => {
+                self.tree.slots[index].law.normal.elastic_energy(penetration)
+                    + self.spring_energy(&self.tree.slots[index], self.phases[index])
+            }
         }
+    }
+
+    /// Energy of the tangential spring of a slot in a phase [J], after [`Dynamics::move_to`]; zero where it has none.
+    pub fn spring_energy(&self, slot: &ContactSlot, phase: Phase) -> f64 {
+        let Phase::Contact { traction: Some(traction), clipped: false, .. } = phase else { return 0.0 };
+        let SlotContact { motion, state } = self.contact_of(slot, phase);
+        let force = slot.law.spring_force(&traction, &motion, state.friction_force);
+        0.5 * force * force / traction.stiffness
     }
 
     /// Elastic energy of all contacts [J], after [`Dynamics::find_contacts`].
@@ -79,7 +95,8 @@ impl Dynamics<'_> {
         self.kinetic_energy() + self.potential_energy() + self.contact_energies()
     }
 
-    /// Power dissipated in a contact, after [`Dynamics::find_contacts`].
+    /// Power dissipated in a contact, after [`Dynamics::find_contacts`] and, where it may stick,
+    /// [`Dynamics::accelerate`].
     pub fn contact_loss(&self, index: usize) -> ContactLoss {
         if self.phases[index] == Phase::Free {
             return ContactLoss::default();
@@ -87,15 +104,37 @@ impl Dynamics<'_> {
         let law = &self.tree.slots[index].law;
         let SlotContact { motion, state } = &self.contacts[index];
         let elastic = law.normal.elastic_force(state.penetration);
+        let impact = (state.normal_force - elastic) * state.penetration_rate;
+        if let Phase::Contact { traction: Some(traction), clipped: false, .. } = self.phases[index] {
+            return self.stick_slip_loss(index, &traction, impact);
+        }
         // The physical sliding velocity, whichever convention the friction law uses.
         let sliding = match law.sliding {
             SlidingVelocity::Surface => state.sliding_velocity,
             SlidingVelocity::ContactPoint => law.surface_velocity(motion),
         };
         ContactLoss {
-            impact: (state.normal_force - elastic) * state.penetration_rate,
+            impact,
             friction: -state.friction_force * sliding,
             wear: state.normal_force.max(0.0) * sliding.abs(),
+        }
+    }
+
+    /// The power dissipated in a contact that may stick, by its damper or its slider, beside that of the impact [W]. The
+    /// spring stores the rest of the power of friction.
+    fn stick_slip_loss(&self, index: usize, traction: &Traction, impact: f64) -> ContactLoss {
+        let SlotContact { motion, state } = &self.contacts[index];
+        let slot = &self.tree.slots[index];
+        if traction.sticks() {
+            let spring = slot.law.spring_force(traction, motion, state.friction_force);
+            let friction = (spring - state.friction_force) * state.sliding_velocity;
+            return ContactLoss { impact, friction, wear: 0.0 };
+        }
+        let slider = self.slider_velocity(slot, self.phases[index], traction);
+        ContactLoss {
+            impact,
+            friction: -state.friction_force * slider,
+            wear: state.normal_force.max(0.0) * slider.abs(),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::contact::pair::{Face, Phase, RelativeMotion, Surfaces};
 use crate::dynamics::Dynamics;
-use crate::numerics::dual::Dual;
+use crate::numerics::dual::{Dual, Scalar};
 use crate::numerics::linear::symmetric_solve;
 use crate::tree::elements::{ContactSlot, FramePoint};
 use crate::tree::kinematics::{Coordinate, Vec2, perp};
@@ -125,10 +125,11 @@ impl Dynamics<'_> {
         let slot = &self.tree.slots[index];
         // δ ≤ 0 by rounding in the contact phase: the derivatives vanish with the force.
         let vanishes = |x: f64, y: f64| x == 0.0 && y == 0.0;
+        let phase = self.phases[index];
         match slot.law.surfaces {
+            _ if slot.law.stick_slip().is_some() => self.add_stick_slip_derivatives(slot, phase),
             Surfaces::Bearing { bearing_radius, journal_radius } => {
-                let [x, y, friction] =
-                    slot.law.force_gradient(&self.contact_motion(slot), self.phases[index]);
+                let [x, y, friction] = slot.law.force_gradient(&self.contact_motion(slot), phase);
                 if !vanishes(x.value, y.value) {
                     self.add_pair_derivatives(
                         slot.points,
@@ -139,7 +140,7 @@ impl Dynamics<'_> {
                 }
             }
             Surfaces::Face(face) => {
-                let (force, moments) = self.face_gradient(slot, &face, self.phases[index]);
+                let (force, moments) = self.face_gradient::<7>(slot, &face, phase);
                 if !vanishes(force[0].value, force[1].value) {
                     self.add_pair_derivatives(slot.points, [[1.0, 0.0], [0.0, 1.0]], force, moments);
                 }
@@ -147,10 +148,58 @@ impl Dynamics<'_> {
         }
     }
 
+    /// The same with friction that can stick, which depends on the angles of both bodies too.
+    #[inline(never)]
+    fn add_stick_slip_derivatives(&mut self, slot: &ContactSlot, phase: Phase) {
+        let (force, moments) = match slot.law.surfaces {
+            Surfaces::Bearing { journal_radius, .. } => {
+                self.stick_slip_gradient_in_bearing(slot, journal_radius, phase)
+            }
+            Surfaces::Face(face) => self.face_gradient::<8>(slot, &face, phase),
+        };
+        self.add_pair_derivatives(slot.points, [[1.0, 0.0], [0.0, 1.0]], force, moments);
+    }
+
+    /// That in a bearing, in the form and with the derivatives of [`Dynamics::face_gradient`].
+    fn stick_slip_gradient_in_bearing(
+        &self,
+        slot: &ContactSlot,
+        journal_radius: f64,
+        phase: Phase,
+    ) -> ([Dual<8>; 2], [Dual<8>; 2]) {
+        let at = self.rolled(slot, phase, self.contact_motion(slot));
+        let inputs = |[x, y]: [f64; 2], first: usize| [Dual::input(x, first), Dual::input(y, first + 1)];
+        let [x, y] = inputs(at.eccentricity, 0);
+        let arm = match phase {
+            Phase::Contact { traction: Some(traction), .. } if traction.sticks() => {
+                Dual::constant(traction.arm)
+            }
+            _ => (x * x + y * y).sqrt(),
+        };
+        let [first, second] = slot.points.map(|point| self.states[point.frame].angular_velocity);
+        let turning = [-Dual::input(-first, 4), Dual::input(second, 5)];
+        let turned = [-Dual::input(0.0, 6), Dual::input(0.0, 7)];
+        let motion = RelativeMotion {
+            eccentricity: [x, y],
+            rate: inputs(at.rate, 2),
+            spin: slot.law.rolling(arm, turning),
+            roll: slot.law.rolling(arm, turned) + at.roll,
+        };
+        let state = slot.law.evaluate(&motion, phase);
+        let on_journal = state.friction_force * journal_radius;
+        (state.force, [on_journal + x * state.force[1] - y * state.force[0], on_journal])
+    }
+
     /// Force at a face on the second body, in the world frame, with the moment of its reaction about the first point and
     /// that of the force about the second. Derivatives with respect to e and ė in the world frame, minus the angular
-    /// velocity of the first body, the angular velocity of the second, and minus the angle of the first.
-    fn face_gradient(&self, slot: &ContactSlot, face: &Face, phase: Phase) -> ([Dual<7>; 2], [Dual<7>; 2]) {
+    /// velocity of the first body, the angular velocity of the second, and minus the angle of the first; with eight also to
+    /// the angle of the second.
+    fn face_gradient<const N: usize>(
+        &self,
+        slot: &ContactSlot,
+        face: &Face,
+        phase: Phase,
+    ) -> ([Dual<N>; 2], [Dual<N>; 2]) {
         let [a, b] = self.slot_ends(slot);
         let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
         let [first, second] = slot.points.map(|point| &self.states[point.frame]);
@@ -158,12 +207,23 @@ impl Dynamics<'_> {
         let rate = [Dual::input(rate.x, 2), Dual::input(rate.y, 3)];
         let back = Dual::input(-first.angular_velocity, 4);
         let spin = (Dual::input(second.angular_velocity, 5) + back) * face.radius;
-        let turned = |value, rate| Dual { value, gradient: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, rate] };
+        let turned = |value, rate| {
+            let mut gradient = [0.0; N];
+            gradient[6] = rate;
+            Dual { value, gradient }
+        };
         let (cosine, sine) = (turned(first.cosine, first.sine), turned(first.sine, -first.cosine));
-        let in_face = |[x, y]: [Dual<7>; 2]| [cosine * x + sine * y, cosine * y - sine * x];
+        let in_face = |[x, y]: [Dual<N>; 2]| [cosine * x + sine * y, cosine * y - sine * x];
         let against = [rate[0] - back * e[1], rate[1] + back * e[0]];
-        let motion = RelativeMotion { eccentricity: in_face(e), rate: in_face(against), spin };
-        let state = slot.law.at_face(face, &motion, phase);
+        let roll = if N == 8 {
+            let RelativeMotion { roll, .. } = self.rolled(slot, phase, self.contact_motion(slot));
+            turned(roll, face.radius) + (Dual::input(0.0, 7) * face.radius)
+        } else {
+            Dual::constant(0.0)
+        };
+        let motion = RelativeMotion { eccentricity: in_face(e), rate: in_face(against), spin, roll };
+        let state =
+            if N == 8 { slot.law.evaluate(&motion, phase) } else { slot.law.at_face(face, &motion, phase) };
         let [x, y] = state.force;
         let force = [cosine * x - sine * y, sine * x + cosine * y];
         let own = state.friction_force * face.radius;
@@ -173,8 +233,7 @@ impl Dynamics<'_> {
     // Long because force and moments share the columns of the pair.
     /// Adds the derivatives of a force on point b, its reaction on point a, and their moments. Each moment belongs to an
     /// angular velocity: the sum of those of both bodies, each times its radius, b less a. Force and moments depend on the
-    /// vector from a to b, its rate and these angular velocities; with one more lane on the angle whose rate is the first
-    /// of them.
+    /// vector from a to b, its rate and these angular velocities; with more lanes also on the angles whose rates these are.
     pub(super) fn add_pair_derivatives<const N: usize, const M: usize>(
         &mut self,
         [a, b]: [FramePoint; 2],
@@ -248,9 +307,12 @@ fn directional<const N: usize>(component: &Dual<N>, by: &PairColumn) -> (f64, f6
     let mut by_position =
         g[0] * by.eccentricity.x + g[1] * by.eccentricity.y + g[2] * by.rate.x + g[3] * by.rate.y;
     let mut by_velocity = g[2] * by.eccentricity.x + g[3] * by.eccentricity.y + g[4] * by.spins[0];
-    if N == 7 {
+    if N >= 7 {
         by_velocity += g[5] * by.spins[1];
         by_position += g[6] * by.spins[0];
+    }
+    if N == 8 {
+        by_position += g[7] * by.spins[1];
     }
     (by_position, by_velocity)
 }

@@ -174,8 +174,12 @@ impl<'m> Dynamics<'m> {
 
     /// Angle of a frame [rad] including full turns.
     pub fn angle(&self, frame: usize) -> f64 {
-        let turns = self.tree.paths[frame].columns.iter().map(|&column| self.turns[column]).sum();
-        with_turns(self.states[frame].angle, turns)
+        with_turns(self.states[frame].angle, self.frame_turns(frame))
+    }
+
+    /// Full turns that were subtracted from the angle of a frame.
+    fn frame_turns(&self, frame: usize) -> Turns {
+        self.tree.paths[frame].columns.iter().map(|&column| self.turns[column]).sum()
     }
 
     /// Angle of a body [rad] including full turns.
@@ -204,7 +208,13 @@ impl<'m> Dynamics<'m> {
     }
 
     /// The same, and what [`Dynamics::find_contacts`] finds.
-    pub fn acceleration_and_contacts(&mut self, t: f64, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+    pub fn acceleration_and_contacts(
+        &mut self,
+        t: impl Into<Instant>,
+        q: &[f64],
+        v: &[f64],
+        a: &mut [f64],
+    ) -> bool {
         self.evaluate::<true>(t.into(), q, v, a)
     }
 
@@ -217,14 +227,14 @@ impl<'m> Dynamics<'m> {
         let d = a.len();
         self.composites.assemble(&self.states, &mut self.mass, a);
         for (index, slot) in self.tree.slots.iter().enumerate() {
-            let phase = self.phases[index];
+            let phase = &self.phases[index];
             if let Phase::Contact { clipped: false, .. } = phase {
                 let contact = self.add_contact(slot, phase, a);
                 if CONTACTS {
                     self.contacts[index] = contact;
                 }
             } else if CONTACTS {
-                self.contacts[index] = self.contact_of(slot, phase);
+                self.contacts[index] = self.contact_of(slot, *phase);
             }
         }
         if self.has_forces {

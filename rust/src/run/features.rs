@@ -141,7 +141,11 @@ impl Plan {
         }
         let columns: Vec<Column> = plan.tracked.iter().filter_map(Tracked::column).collect();
         plan.needs = Needs::of(&columns);
-        plan.needs.contacts |= plan.tracked.len() > columns.len();
+        let has_rates = plan.tracked.len() > columns.len();
+        plan.needs.contacts |= has_rates;
+        // What a spring stores, and a contact does not lose, depends on accelerations.
+        let stores = mechanism.slots.iter().any(|slot| slot.law.stick_slip().is_some());
+        plan.needs.acceleration |= has_rates && stores;
         Subject::Settings.judge(plan, problems)
     }
 

@@ -14,7 +14,7 @@ use crate::tree::kinematics::{PointState, Vec2};
 const BODY: [&str; 9] =
     ["x", "y", "angle", "vx", "vy", "angular_velocity", "ax", "ay", "angular_acceleration"];
 /// Quantities of a clearance joint.
-const JOINT: [&str; 9] = [
+const JOINT: [&str; 10] = [
     "eccentricity_x",
     "eccentricity_y",
     "eccentricity",
@@ -24,8 +24,9 @@ const JOINT: [&str; 9] = [
     "normal_force",
     "friction_force",
     "contact",
+    "sticking",
 ];
-/// First of these that every contact has: those of a bearing's center come before.
+/// First of these that every contact has: those of a bearing's center come before. The last has one that can stick.
 const FIRST_OF_CONTACT: usize = 3;
 /// Quantities of what slides in a guide, seen from the guide: along its axis, to its left, angle; a pin has no tilt.
 const GUIDE: [&str; 7] =
@@ -129,7 +130,8 @@ fn usual_columns(mechanism: &Mechanism) -> Vec<Named> {
             Surfaces::Bearing { .. } => 0,
             Surfaces::Face(_) => FIRST_OF_CONTACT,
         };
-        columns.extend(named(&slot.name, &JOINT[first..], |k| Column::Joint(index, first + k)));
+        let end = if slot.law.stick_slip().is_some() { JOINT.len() } else { JOINT.len() - 1 };
+        columns.extend(named(&slot.name, &JOINT[first..end], |k| Column::Joint(index, first + k)));
     }
     for (index, driven) in mechanism.driven.iter().enumerate() {
         let effort = if driven.is_angle { "torque" } else { "force" };
@@ -388,6 +390,10 @@ fn joint_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
         // Up to the located instant of the clipping the force may be tensile by a rounding error.
         6 => state.normal_force.max(0.0),
         7 => state.friction_force,
-        _ => f64::from(dynamics.phases[index] != Phase::Free),
+        8 => f64::from(dynamics.phases[index] != Phase::Free),
+        _ => match dynamics.phases[index] {
+            Phase::Contact { clipped: false, traction: Some(traction), .. } => f64::from(traction.sticks()),
+            _ => 0.0,
+        },
     }
 }

@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use crate::contact::normal::Latch;
 use crate::contact::pair::Phase;
+use crate::contact::sticking::Traction;
 use crate::dynamics::ContactLoss;
 use crate::error::{InputError, Problem, Subject};
 use crate::numerics::turns::Turns;
@@ -102,10 +103,21 @@ impl Restart {
             expect(is_whole, &format!("turns[{index}]"), "a whole number of full turns", number);
         }
         for (index, phase) in phases.iter().enumerate() {
-            let Phase::Contact { latch, .. } = phase else { continue };
+            let Phase::Contact { latch, traction, .. } = phase else { continue };
             for (name, number) in Latch::NAMES.into_iter().zip(latch.numbers()) {
                 let is_damping = number.is_finite() && number >= 0.0;
                 expect(is_damping, &format!("phases[{index}].{name}"), "a finite number >= 0", number);
+            }
+            let numbers =
+                traction.iter().flat_map(|traction| Traction::NAMES.into_iter().zip(traction.numbers()));
+            for (name, number) in numbers {
+                let (good, what) = match name {
+                    "tangential_stiffness" | "load" => (number > 0.0, "a finite number > 0"),
+                    "tangential_damping" => (number >= 0.0, "a finite number >= 0"),
+                    "sliding_direction" => ([-1.0, 0.0, 1.0].contains(&number), "-1, 0 or 1"),
+                    _ => (true, "a finite number"),
+                };
+                expect(good && number.is_finite(), &format!("phases[{index}].{name}"), what, number);
             }
         }
         if let Some(work) = work {
@@ -128,9 +140,11 @@ fn write_memory(memory: &Memory) -> Value {
     let Memory { phases, contacts, turns, work } = memory;
     let phase = |phase: &Phase| match *phase {
         Phase::Free => Value::Null,
-        Phase::Contact { latch, clipped } => {
+        Phase::Contact { latch, clipped, traction } => {
             let mut text = json!({ "clipped": f64::from(clipped) });
-            for (name, value) in Latch::NAMES.into_iter().zip(latch.numbers()) {
+            let latched = Latch::NAMES.into_iter().zip(latch.numbers());
+            let of_spring = traction.map(|traction| Traction::NAMES.into_iter().zip(traction.numbers()));
+            for (name, value) in latched.chain(of_spring.into_iter().flatten()) {
                 text[name] = json!(value);
             }
             text
@@ -206,7 +220,12 @@ fn read_phase(node: Node, problems: &mut Problems) -> Phase {
     if clipped != 0.0 && clipped != 1.0 {
         problems.push(Problem::new(fields.path_of("clipped"), format!("must be 0 or 1, got {clipped}")));
     }
-    let phase = Phase::Contact { latch, clipped: clipped != 0.0 };
+    let numbers = Traction::NAMES.map(|name| fields.optional_number(name, problems));
+    let traction = numbers.iter().any(Option::is_some).then(|| {
+        // What is missing is no number, which the checks refuse.
+        Traction::from_numbers(numbers.map(|number| number.unwrap_or(f64::NAN)))
+    });
+    let phase = Phase::Contact { latch, clipped: clipped != 0.0, traction };
     fields.finish(problems);
     phase
 }

@@ -11,6 +11,7 @@ use crate::numerics::instant::Instant;
 use crate::run::contacts::guards::{GUARDS, StepDemands};
 use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::onset::{begin_contacts, onset};
+use crate::run::contacts::sticking::{accelerate_sliding, begin_friction, cross_stick, stick_guard};
 use crate::run::contacts::switches::{cross_switch, switch_guard};
 use crate::run::contacts::{Event, EventKind};
 use crate::run::features::Plan;
@@ -31,6 +32,17 @@ use crate::tree::kinematics::Vec2;
 /// a step that is too long; one that is too short grows fivefold per step.
 const FIRST_STEP: f64 = 1e-3;
 
+/// What a guard watches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Watched {
+    /// The gap of a slot, or the sign of its normal force.
+    Contact { slot: usize, of_gap: bool },
+    /// A switch of an expression or table.
+    Switch(usize),
+    /// Whether a slot sticks.
+    Sticking(usize),
+}
+
 /// A motion as a system for the integrator, with the observers of its steps.
 pub(crate) struct System<'a> {
     pub(crate) motion: Motion<'a>,
@@ -46,6 +58,8 @@ pub(crate) struct System<'a> {
     pub(crate) largest_projection: f64,
     /// Warnings that are known before the first step.
     pub(crate) warnings: Vec<Notice>,
+    /// The slots whose friction can stick.
+    sticking: Vec<usize>,
 }
 
 impl<'a> System<'a> {
@@ -73,6 +87,7 @@ impl<'a> System<'a> {
             samples,
             largest_projection: 0.0,
             warnings: of_scene(mechanism),
+            sticking: (0..joints).filter(|&slot| mechanism.slots[slot].law.stick_slip().is_some()).collect(),
         }
     }
 
@@ -87,9 +102,21 @@ impl<'a> System<'a> {
         Limits { first_step, ..self.settings.limits }
     }
 
-    /// Number of guards of the clearance joints; those of the switches follow.
+    /// Number of guards of the clearance joints; those of the switches follow, then those of sticking.
     pub(crate) fn contact_guards(&self) -> usize {
         GUARDS * self.motion.dynamics.phases.len()
+    }
+
+    /// What a guard watches.
+    pub(crate) fn watched(&self, guard: usize) -> Watched {
+        let (contacts, switches) = (self.contact_guards(), self.motion.dynamics.switches.len());
+        if guard < contacts {
+            Watched::Contact { slot: guard / GUARDS, of_gap: guard % GUARDS == 0 }
+        } else if guard < contacts + switches {
+            Watched::Switch(guard - contacts)
+        } else {
+            Watched::Sticking(self.sticking[guard - contacts - switches])
+        }
     }
 
     /// Takes over the memory of the run that this one continues.
@@ -133,7 +160,7 @@ impl<'a> System<'a> {
     /// Sets the phases of the start and takes the first sample, if it is due.
     pub(crate) fn begin(&mut self, q: &mut [f64], v: &[f64]) {
         self.motion.settle(0.0, q, v);
-        self.warnings.extend(begin_contacts(&mut self.motion, &mut self.log, q, v));
+        self.warnings.extend(begin_contacts(&mut self.motion, &self.tolerances, &mut self.log, q, v));
         self.motion.work.begin(&mut self.motion.dynamics);
         self.motion.wrap(q);
         if self.samples.wants(0.0) {
@@ -168,7 +195,7 @@ impl<'a> System<'a> {
         log.deepest[index] = log.deepest[index].max(state.penetration);
         self.balance.watch_slide(motion, index, &state);
         demands.slides[index] = None;
-        if presses && joint.law.friction.is_some() {
+        if presses && joint.law.is_steep(phase) {
             demands.slides[index] = Some(state.sliding_velocity);
             demands.refine_velocity(motion, tolerances, index, &state);
         }
@@ -196,6 +223,78 @@ impl<'a> System<'a> {
                 log.watch_force(motion, t, index, &relative, [state.normal_force, rate]);
                 demands.begin_with_caution(motion, log, tolerances, t, index);
             }
+        }
+    }
+
+    /// Changes the phase of a slot where its gap or the sign of its normal force changes; returns a bound of the next step.
+    fn cross_contact(&mut self, index: usize, of_gap: bool, (t, q, v): (f64, &[f64], &[f64])) -> f64 {
+        self.log.end_phase(&mut self.motion, t, index, q, v);
+        let mut normal_velocity = self.motion.dynamics.contact_state(index).penetration_rate;
+        let mut bound = f64::INFINITY;
+        let stored = self.spring_energy(index);
+        let (kind, phase) = match (of_gap, self.motion.dynamics.phases[index]) {
+            (true, Phase::Free) => {
+                let onset = onset(&mut self.motion, &self.tolerances, self.settings.rtol, (t, q, v), index);
+                self.log.impacts_at_floor[index] += usize::from(onset.is_at_floor);
+                (bound, normal_velocity) = (onset.first_step, onset.impact_velocity);
+                (EventKind::Onset, onset.phase)
+            }
+            (true, Phase::Contact { .. }) => (EventKind::Separation, Phase::Free),
+            (false, Phase::Contact { latch, clipped, traction }) => {
+                let kind = if clipped { EventKind::Unclip } else { EventKind::Clip };
+                (kind, Phase::Contact { latch, clipped: !clipped, traction })
+            }
+            // The contact ended at the same instant.
+            (false, Phase::Free) => return bound,
+        };
+        self.motion.dynamics.phases[index] = phase;
+        if let EventKind::Onset | EventKind::Unclip = kind {
+            begin_friction(&mut self.motion, &self.tolerances, index);
+        }
+        self.account_spring(index, stored);
+        self.log.record(Event { time: t, joint: index, kind, normal_velocity });
+        bound
+    }
+
+    /// The guards of the slots that can stick, behind those of the switches; the frames have been moved to the state.
+    #[inline(never)]
+    fn sticking_guards(&mut self, t: Instant, q: &[f64], v: &[f64], guards: &mut [Guard]) {
+        let is_inside = self.motion.dynamics.instant() != t;
+        let exists = accelerate_sliding(&mut self.motion, &self.sticking, is_inside, (t, q, v));
+        let first = guards.len() - self.sticking.len();
+        for (of_slot, &slot) in guards[first..].iter_mut().zip(&self.sticking) {
+            *of_slot = stick_guard(&self.motion, (&self.tolerances, self.settings.rtol), is_inside, slot);
+            if !exists {
+                of_slot.value = f64::NAN;
+            }
+        }
+    }
+
+    /// Lets a slot slide that stuck, or stick that slid.
+    fn cross_stick(&mut self, index: usize, (t, q, v): (f64, &[f64], &[f64])) {
+        self.log.end_phase(&mut self.motion, t, index, q, v);
+        let normal_velocity = self.motion.dynamics.contact_state(index).penetration_rate;
+        let stored = self.spring_energy(index);
+        // The contact may have ended at the same instant.
+        if let Some(kind) = cross_stick(&mut self.motion, index) {
+            self.account_spring(index, stored);
+            self.log.record(Event { time: t, joint: index, kind, normal_velocity });
+        }
+    }
+
+    /// Energy of the tangential spring of a slot in the present state [J].
+    fn spring_energy(&self, index: usize) -> f64 {
+        let dynamics = &self.motion.dynamics;
+        dynamics.spring_energy(&self.motion.mechanism.slots[index], dynamics.phases[index])
+    }
+
+    /// Counts as friction what the tangential spring of a slot lost in a change of phase, with the energy that it `stored`
+    /// before [J].
+    fn account_spring(&mut self, index: usize, stored: f64) {
+        let lost = stored - self.spring_energy(index);
+        if lost != 0.0 {
+            self.motion.work.contacts[index].friction += lost;
+            self.balance.forget_state();
         }
     }
 }
@@ -235,7 +334,7 @@ impl HybridSystem for System<'_> {
     }
 
     fn guard_count(&self) -> usize {
-        self.contact_guards() + self.motion.dynamics.switches.len()
+        self.contact_guards() + self.motion.dynamics.switches.len() + self.sticking.len()
     }
 
     fn guards(&mut self, t: Instant, q: &[f64], v: &[f64], guards: &mut [Guard]) {
@@ -247,13 +346,16 @@ impl HybridSystem for System<'_> {
         }
         self.demands.breaks_away = false;
         self.demands.velocity_refinement = 1.0;
-        let (of_contacts, of_switches) = guards.split_at_mut(self.contact_guards());
+        let (of_contacts, others) = guards.split_at_mut(self.contact_guards());
         let (of_joints, _) = of_contacts.as_chunks_mut();
         for (index, of_joint) in of_joints.iter_mut().enumerate() {
             *of_joint = self.demands.joint_guards(&self.motion, &self.tolerances, is_inside, index);
         }
-        for (index, of_switch) in of_switches.iter_mut().enumerate() {
+        for (index, of_switch) in (0..self.motion.dynamics.switches.len()).zip(others) {
             *of_switch = switch_guard(&self.motion, &self.tolerances, is_inside, index);
+        }
+        if !self.sticking.is_empty() {
+            self.sticking_guards(t, q, v, guards);
         }
     }
 
@@ -271,31 +373,14 @@ impl HybridSystem for System<'_> {
 
     fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> Result<f64, Status> {
         self.tracking.interrupt();
-        if let Some(switch) = guard.checked_sub(self.contact_guards()) {
-            return cross_switch(&mut self.motion, switch, t, q, v);
+        match self.watched(guard) {
+            Watched::Contact { slot, of_gap } => Ok(self.cross_contact(slot, of_gap, (t, q, v))),
+            Watched::Switch(switch) => cross_switch(&mut self.motion, switch, t, q, v),
+            Watched::Sticking(slot) => {
+                self.cross_stick(slot, (t, q, v));
+                Ok(f64::INFINITY)
+            }
         }
-        let index = guard / GUARDS;
-        self.log.end_phase(&mut self.motion, t, index, q, v);
-        let mut normal_velocity = self.motion.dynamics.contact_state(index).penetration_rate;
-        let mut bound = f64::INFINITY;
-        let (kind, phase) = match (guard % GUARDS, self.motion.dynamics.phases[index]) {
-            (0, Phase::Free) => {
-                let onset = onset(&mut self.motion, &self.tolerances, self.settings.rtol, (t, q, v), index);
-                self.log.impacts_at_floor[index] += usize::from(onset.is_at_floor);
-                (bound, normal_velocity) = (onset.first_step, onset.impact_velocity);
-                (EventKind::Onset, onset.phase)
-            }
-            (0, Phase::Contact { .. }) => (EventKind::Separation, Phase::Free),
-            (_, Phase::Contact { latch, clipped }) => {
-                let kind = if clipped { EventKind::Unclip } else { EventKind::Clip };
-                (kind, Phase::Contact { latch, clipped: !clipped })
-            }
-            // The contact ended at the same instant.
-            (_, Phase::Free) => return Ok(bound),
-        };
-        self.motion.dynamics.phases[index] = phase;
-        self.log.record(Event { time: t, joint: index, kind, normal_velocity });
-        Ok(bound)
     }
 
     fn first_step(&self, last: f64) -> f64 {

@@ -206,6 +206,7 @@ impl Tolerances {
     /// Factor, at least 1, by which the velocity tolerance in the present phases must be divided for the
     /// friction of a loaded `joint` that slides at `start` [m/s] at the start of a step and is in `state`
     /// later.
+    #[inline(always)]
     pub(crate) fn velocity_refinement(
         &self,
         mechanism: &Mechanism,

@@ -4,14 +4,13 @@ use crate::error::{InputError, Problem, Subject};
 use crate::integrators::{Outcome, Stats, Status, integrate_with};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::memory::filled;
-use crate::run::contacts::guards::GUARDS;
 pub use crate::run::contacts::{Contact, Event, EventKind};
 use crate::run::features::Plan;
 use crate::run::outputs::{Column, column_names, parse_columns};
 use crate::run::prescribed::follow_drives;
 use crate::run::restart::{Memory, Restart};
 pub use crate::run::settings::{Method, Settings};
-use crate::run::system::System;
+use crate::run::system::{System, Watched};
 use crate::run::tolerances::check_tolerances;
 pub use crate::run::warnings::Notice;
 use crate::run::warnings::of_run;
@@ -338,8 +337,11 @@ fn finished(mut system: System, outcome: Outcome, mut end: State) -> Trajectory 
     let [skipped_events, events] = system.log.finished_events(&system.samples);
     let [skipped_contacts, contacts] = system.log.finished_contacts(&system.samples);
     let joints = mechanism.slots.len();
-    let contact_guards = system.contact_guards();
-    let switch = outcome.guard.and_then(|guard| guard.checked_sub(contact_guards));
+    let (slot, switch) = match outcome.guard.map(|guard| system.watched(guard)) {
+        Some(Watched::Contact { slot, .. } | Watched::Sticking(slot)) => (Some(slot), None),
+        Some(Watched::Switch(switch)) => (None, Some(switch)),
+        None => (None, None),
+    };
     let load = switch.and_then(|switch| mechanism.load_of_switch(switch)).map(|(load, _)| load);
     let load_message = load_message(&mut system, &outcome, load, &end);
     let features = system.tracking.values(outcome.time, &events, &contacts, joints);
@@ -351,7 +353,7 @@ fn finished(mut system: System, outcome: Outcome, mut end: State) -> Trajectory 
         skipped_events,
         status: outcome.status,
         time: outcome.time,
-        joint: outcome.guard.filter(|&guard| guard < contact_guards).map(|guard| name_of(guard / GUARDS)),
+        joint: slot.map(name_of),
         load: load.map(|load| load.name.clone()),
         load_message,
         paradox: paradox.map(name_of),

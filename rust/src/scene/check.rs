@@ -1,5 +1,7 @@
 //! Checks of a scene: all problems at once, each with its path.
 
+use crate::contact::friction::FrictionLaw;
+use crate::contact::pair::SlidingVelocity;
 use crate::error::{InputError, Problem, Subject, meant_or_known, refused};
 use crate::expression::dimension::{Dimension, FORCE, TORQUE, unit};
 use crate::scene::loads::Load;
@@ -134,7 +136,7 @@ impl Scene {
                 clearance,
                 contact,
                 friction,
-                sliding: _,
+                sliding,
                 impact_velocity_floor,
                 ..
             } => {
@@ -144,6 +146,13 @@ impl Scene {
                 checker.normal_law(&format!("{path}.contact"), contact);
                 if let Some(law) = friction {
                     checker.friction(&format!("{path}.friction"), law);
+                    if let (FrictionLaw::StickSlip(_), SlidingVelocity::ContactPoint) = (law, sliding) {
+                        checker.add(
+                            format!("{path}.sliding"),
+                            "must be \"surface\" with the law stick_slip: surfaces stick, the geometric contact point \
+                             moves on while they roll",
+                        );
+                    }
                 }
                 if let Some(floor) = impact_velocity_floor {
                     checker.positive(&format!("{path}.impact_velocity_floor"), "m/s", *floor);

@@ -2,6 +2,7 @@
 
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::{Damping, NormalLaw};
+use crate::contact::sticking::StickSlip;
 use crate::error::refused;
 use crate::scene::check::Checker;
 use crate::scene::parts::{GuideShape, Joint, Start};
@@ -37,6 +38,7 @@ impl Checker {
                     self.at_least(&format!("{path}.coefficient"), "-", coefficient, 0.0);
                     return self.positive(&format!("{path}.velocity"), "m/s", velocity);
                 }
+                FrictionLaw::StickSlip(law) => return self.stick_slip(path, &law),
                 FrictionLaw::ModifiedCoulomb {
                     static_coefficient,
                     sliding_coefficient,
@@ -58,6 +60,28 @@ impl Checker {
                 ),
             );
         }
+    }
+
+    fn stick_slip(&mut self, path: &str, law: &StickSlip) {
+        let StickSlip { static_coefficient, sliding_coefficient, .. } = *law;
+        self.at_least(&format!("{path}.static_coefficient"), "-", static_coefficient, 0.0);
+        self.at_least(&format!("{path}.sliding_coefficient"), "-", sliding_coefficient, 0.0);
+        if sliding_coefficient > static_coefficient {
+            self.add(
+                format!("{path}.sliding_coefficient"),
+                format!(
+                    "must be <= static_coefficient = {} [-], got {}: friction that grows with the sliding velocity does \
+                     not stick",
+                    refused(static_coefficient, sliding_coefficient),
+                    refused(sliding_coefficient, static_coefficient)
+                ),
+            );
+        }
+        self.at_least(&format!("{path}.stribeck_velocity"), "m/s", law.stribeck_velocity, 0.0);
+        if let Some(stiffness) = law.tangential_stiffness {
+            self.positive(&format!("{path}.tangential_stiffness"), "N/m", stiffness);
+        }
+        self.at_least(&format!("{path}.damping_ratio"), "-", law.damping_ratio, 0.0);
     }
 }
 

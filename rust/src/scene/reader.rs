@@ -8,6 +8,7 @@ use serde_json::Value;
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::{Damping, NormalLaw};
 use crate::contact::pair::SlidingVelocity;
+use crate::contact::sticking::StickSlip;
 use crate::error::{InputError, Problem, Subject};
 use crate::scene::couplings::coupling;
 use crate::scene::functions::{load, load_or_none, time_function};
@@ -256,21 +257,38 @@ fn normal_law(node: Node, problems: &mut Problems) -> NormalLaw {
     law
 }
 
+#[derive(Clone, Copy)]
+enum FrictionName {
+    ModifiedCoulomb,
+    SmoothedCoulomb,
+    StickSlip,
+}
+
 fn friction_law(node: Node, problems: &mut Problems) -> FrictionLaw {
     let mut fields = node.fields(problems);
-    let smoothed = fields.tag("law", &[("modified_coulomb", false), ("smoothed_coulomb", true)], problems);
-    let law = if smoothed {
-        FrictionLaw::SmoothedCoulomb {
-            coefficient: fields.number("coefficient", problems),
-            velocity: fields.number("velocity", problems),
-        }
-    } else {
-        FrictionLaw::ModifiedCoulomb {
+    let laws = [
+        ("modified_coulomb", FrictionName::ModifiedCoulomb),
+        ("smoothed_coulomb", FrictionName::SmoothedCoulomb),
+        ("stick_slip", FrictionName::StickSlip),
+    ];
+    let law = match fields.tag("law", &laws, problems) {
+        FrictionName::ModifiedCoulomb => FrictionLaw::ModifiedCoulomb {
             static_coefficient: fields.number("static_coefficient", problems),
             sliding_coefficient: fields.number("sliding_coefficient", problems),
             stick_slip_velocity: fields.number("stick_slip_velocity", problems),
             static_sliding_velocity: fields.number("static_sliding_velocity", problems),
-        }
+        },
+        FrictionName::SmoothedCoulomb => FrictionLaw::SmoothedCoulomb {
+            coefficient: fields.number("coefficient", problems),
+            velocity: fields.number("velocity", problems),
+        },
+        FrictionName::StickSlip => FrictionLaw::StickSlip(StickSlip {
+            static_coefficient: fields.number("static_coefficient", problems),
+            sliding_coefficient: fields.number("sliding_coefficient", problems),
+            stribeck_velocity: fields.number("stribeck_velocity", problems),
+            tangential_stiffness: fields.optional_number("tangential_stiffness", problems),
+            damping_ratio: fields.number_or("damping_ratio", 0.3, problems),
+        }),
     };
     fields.finish(problems);
     law

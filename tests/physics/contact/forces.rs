@@ -19,7 +19,7 @@ fn damped(restitution: f64) -> NormalLaw {
 }
 
 fn in_contact(hysteresis_factor: f64, clipped: bool) -> Phase {
-    Phase::Contact { latch: Latch::from_numbers([hysteresis_factor]), clipped }
+    Phase::Contact { latch: Latch::from_numbers([hysteresis_factor]), clipped, traction: None }
 }
 
 fn close(found: f64, expected: f64, relative: f64) {
@@ -142,8 +142,12 @@ fn dual_gradients_of_the_force_agree_with_differences() {
             random.within(-fast, fast),
         ];
         let phase = in_contact(random.within(0.0, 2.0), false);
-        let motion =
-            |x: [f64; 5]| RelativeMotion { eccentricity: [x[0], x[1]], rate: [x[2], x[3]], spin: x[4] };
+        let motion = |x: [f64; 5]| RelativeMotion {
+            eccentricity: [x[0], x[1]],
+            rate: [x[2], x[3]],
+            spin: x[4],
+            roll: 0.0,
+        };
         let state = law.evaluate(&motion(input), phase);
         let speed = state.sliding_velocity.abs();
         // Differences across a switch velocity would see its kink in the second derivative.
@@ -178,7 +182,7 @@ fn dual_gradients_of_the_force_agree_with_differences() {
 #[test]
 fn sliding_velocity_follows_the_convention() {
     // Journal below the bearing center: n = (0, -1), t = (1, 0).
-    let motion = RelativeMotion { eccentricity: [0.0, -0.03], rate: [0.5, -0.25], spin: 0.2 };
+    let motion = RelativeMotion { eccentricity: [0.0, -0.03], rate: [0.5, -0.25], spin: 0.2, roll: 0.0 };
     let phase = in_contact(0.0, false);
     let state = law(SlidingVelocity::Surface, 1.5, None).evaluate(&motion, phase);
     close(state.penetration, 0.01, 1e-14);
@@ -193,7 +197,7 @@ fn sliding_velocity_follows_the_convention() {
 #[test]
 fn no_force_acts_without_contact_or_while_the_damping_would_pull() {
     let law = law(SlidingVelocity::Surface, 1.5, Some(COULOMB));
-    let motion = RelativeMotion { eccentricity: [0.03, 0.0], rate: [-9.0, 1.0], spin: 0.2 };
+    let motion = RelativeMotion { eccentricity: [0.03, 0.0], rate: [-9.0, 1.0], spin: 0.2, roll: 0.0 };
     for phase in [Phase::Free, in_contact(1.0, true)] {
         let state = law.evaluate(&motion, phase);
         assert_eq!(state.force, [0.0, 0.0]);
@@ -211,7 +215,7 @@ fn no_force_acts_without_contact_or_while_the_damping_would_pull() {
 fn concentric_journal_feels_no_force_and_nothing_is_divided_by_zero() {
     for sliding in [SlidingVelocity::Surface, SlidingVelocity::ContactPoint] {
         let law = law(sliding, 1.5, Some(COULOMB));
-        let motion = RelativeMotion { eccentricity: [0.0, 0.0], rate: [0.3, 0.4], spin: 0.2 };
+        let motion = RelativeMotion { eccentricity: [0.0, 0.0], rate: [0.3, 0.4], spin: 0.2, roll: 0.0 };
         for phase in [Phase::Free, in_contact(1.0, false)] {
             let state = law.evaluate(&motion, phase);
             assert_eq!(state.penetration, -0.02);
@@ -226,8 +230,12 @@ fn concentric_journal_feels_no_force_and_nothing_is_divided_by_zero() {
     let law = law(SlidingVelocity::Surface, 1.5, Some(COULOMB));
     for exponent in (-320..=-2).filter(|exponent| *exponent != -70) {
         let distance = 10_f64.powi(exponent);
-        let motion =
-            RelativeMotion { eccentricity: [0.6 * distance, 0.8 * distance], rate: [3.0, 4.0], spin: 0.2 };
+        let motion = RelativeMotion {
+            eccentricity: [0.6 * distance, 0.8 * distance],
+            rate: [3.0, 4.0],
+            spin: 0.2,
+            roll: 0.0,
+        };
         for phase in [Phase::Free, in_contact(1.0, false)] {
             let state = law.evaluate(&motion, phase);
             let rate = if exponent < -70 { 0.0 } else { 5.0 };

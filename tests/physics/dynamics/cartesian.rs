@@ -142,7 +142,7 @@ pub(crate) fn contacts(case: &Case, states: &[CartesianState]) -> Vec<Contact> {
             SlidingVelocity::ContactPoint => e_dot.dot(&t) * delta / e.norm().max(clearance),
         };
         let mut force = Vec2::zeros();
-        if let Phase::Contact { latch, clipped: false } = case.phases[index]
+        if let Phase::Contact { latch, clipped: false, .. } = case.phases[index]
             && delta > 0.0
         {
             let [hysteresis_factor] = latch.numbers();

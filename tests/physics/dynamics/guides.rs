@@ -13,7 +13,7 @@ use crate::dynamics::random_trees::Case;
 use crate::support::{Random, derivative};
 
 /// The case with faces of a corner and of a pin between its first and its last body, or ground, that touch.
-fn with_faces(case: &Case, random: &mut Random) -> (Mechanism, Vec<Phase>) {
+pub(crate) fn with_faces(case: &Case, random: &mut Random) -> (Mechanism, Vec<Phase>) {
     let mut mechanism = case.mechanism.clone();
     let mut phases = case.phases.clone();
     let last = mechanism.tree.bodies.len() - 1;
@@ -43,7 +43,7 @@ fn with_faces(case: &Case, random: &mut Random) -> (Mechanism, Vec<Phase>) {
             friction: (random.unit() < 0.7).then_some(friction),
             sliding: SlidingVelocity::Surface,
         };
-        phases.push(Phase::Contact { latch: law.normal.latch(1.0), clipped: false });
+        phases.push(Phase::Contact { latch: law.normal.latch(1.0), clipped: false, traction: None });
         let name = format!("face {radius}");
         mechanism.tree.slots.push(ContactSlot { name, points, bodies, law, impact_velocity_floor: None });
         let scales =

@@ -60,8 +60,8 @@ fn in_motion(scene: Scene, mut mechanism: Mechanism, inertias: Vec<f64>, random:
             let latch = joint.law.normal.latch(random.within(0.3, 3.0));
             match random.index(10) {
                 0 => Phase::Free,
-                1 => Phase::Contact { latch, clipped: true },
-                _ => Phase::Contact { latch, clipped: false },
+                1 => Phase::Contact { latch, clipped: true, traction: None },
+                _ => Phase::Contact { latch, clipped: false, traction: None },
             }
         })
         .collect();

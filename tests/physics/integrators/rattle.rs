@@ -110,6 +110,7 @@ impl Rattle {
             eccentricity: [q[0], q[1]],
             rate: [v[0], v[1]],
             spin: v[2] * JOURNAL - bearing * BEARING,
+            roll: 0.0,
         }
     }
 
@@ -195,7 +196,7 @@ impl HybridSystem for Rattle {
             overshoot: (8.0 * resolution).max(1e-2 * SCALES[0] * self.rtol),
         };
         guards[1] = match self.phase {
-            Phase::Contact { latch, clipped } => {
+            Phase::Contact { latch, clipped, .. } => {
                 let law = &self.law.normal;
                 let ratio = law.force_ratio(state.penetration, state.penetration_rate, latch);
                 let slope = law.force_ratio_slope(state.penetration, state.penetration_rate, latch);
@@ -222,10 +223,12 @@ impl HybridSystem for Rattle {
                 let impact_time = self.law.normal.impact_time(MASS, impact_velocity);
                 bound = self.rtol.powf(0.4) * impact_time;
                 let latch = self.law.normal.latch(impact_velocity);
-                Phase::Contact { latch, clipped: false }
+                Phase::Contact { latch, clipped: false, traction: None }
             }
             (0, Phase::Contact { .. }) => Phase::Free,
-            (_, Phase::Contact { latch, clipped }) => Phase::Contact { latch, clipped: !clipped },
+            (_, Phase::Contact { latch, clipped, traction }) => {
+                Phase::Contact { latch, clipped: !clipped, traction }
+            }
             (_, Phase::Free) => Phase::Free,
         };
         Ok(bound)

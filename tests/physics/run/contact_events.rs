@@ -56,6 +56,7 @@ fn clips(run: &Trajectory, joint: usize, starts_inside: bool) -> usize {
             EventKind::Separation => contact,
             EventKind::Clip => contact && !clipped,
             EventKind::Unclip => contact && clipped,
+            EventKind::Stick | EventKind::Slip => contact && !clipped,
         };
         assert!(legal, "{event:?} with contact {contact}, clipped {clipped}");
         contact = event.kind != EventKind::Separation;

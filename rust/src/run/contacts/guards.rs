@@ -12,11 +12,11 @@ use crate::tree::kinematics::PointState;
 /// force is undetermined. Tuned on overdamped contacts under explicit steps, which are clipped and released
 /// by errors of the velocity: with 1e-3 a scene got half as far in 300 000 steps as with 0.1; with 1 a shaken
 /// bearing at rtol 1e-3 missed clippings that runs with a smaller rtol have.
-const RATIO_PART: f64 = 0.1;
+pub(super) const RATIO_PART: f64 = 0.1;
 /// Ratio of normal to elastic force, of order one, below which the guard is searched inside a step.
 const RATIO_MARGIN: f64 = 0.25;
 /// Largest penetration at a located onset, as a part of the position tolerance.
-const ONSET_PART: f64 = 1e-2;
+pub(super) const ONSET_PART: f64 = 1e-2;
 
 /// Guards of a clearance joint: the gap, and the sign of the normal force.
 pub(crate) const GUARDS: usize = 2;
@@ -161,7 +161,7 @@ fn tension_guard(
     state: &ContactState<f64>,
     [journal, bearing]: &[PointState; 2],
 ) -> Guard {
-    let Phase::Contact { latch, clipped } = motion.dynamics.phases[index] else {
+    let Phase::Contact { latch, clipped, .. } = motion.dynamics.phases[index] else {
         return Guard::INACTIVE;
     };
     let law = &motion.mechanism.slots[index].law.normal;

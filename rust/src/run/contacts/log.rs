@@ -51,8 +51,8 @@ impl ContactLog {
                     self.closed.push(Contact { separation: time, ..contact });
                 }
             }
-            // The rate of the force jumps, so the peak is not interpolated across this instant.
-            EventKind::Clip | EventKind::Unclip => {
+            // The rate of the force may jump, so the peak is not interpolated across this instant.
+            EventKind::Clip | EventKind::Unclip | EventKind::Stick | EventKind::Slip => {
                 if let Some(open) = &mut self.open[joint] {
                     open.last = None;
                 }

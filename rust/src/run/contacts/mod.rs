@@ -5,6 +5,7 @@
 pub(crate) mod guards;
 pub(crate) mod log;
 pub(crate) mod onset;
+pub(crate) mod sticking;
 pub(crate) mod switches;
 
 use crate::contact::pair::RelativeMotion;
@@ -21,6 +22,10 @@ pub enum EventKind {
     Clip,
     /// The damping no longer makes it tensile.
     Unclip,
+    /// The surfaces stick from here on.
+    Stick,
+    /// They slide from here on: the spring of the contact reaches Coulomb's limit.
+    Slip,
 }
 
 impl EventKind {
@@ -31,6 +36,8 @@ impl EventKind {
             EventKind::Separation => "separation",
             EventKind::Clip => "clip",
             EventKind::Unclip => "unclip",
+            EventKind::Stick => "stick",
+            EventKind::Slip => "slip",
         }
     }
 }
@@ -171,7 +178,7 @@ fn between(a: &ForceSample, b: &ForceSample, theta: f64) -> RelativeMotion<f64> 
             + 0.5 * h * a.acceleration[k] * (2.0 * t - 9.0 * t2 + 12.0 * t3 - 5.0 * t4)
             + 0.5 * h * b.acceleration[k] * (3.0 * t2 - 8.0 * t3 + 5.0 * t4)
     };
-    RelativeMotion { eccentricity: [0, 1].map(place), rate: [0, 1].map(rate), spin: 0.0 }
+    RelativeMotion { eccentricity: [0, 1].map(place), rate: [0, 1].map(rate), spin: 0.0, roll: 0.0 }
 }
 
 /// Time that a contact with friction is loaded, and time that it slides below its stick velocity meanwhile.

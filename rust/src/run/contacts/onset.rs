@@ -5,6 +5,7 @@ use crate::dynamics::relative_motion;
 use crate::run::contacts::OpenContact;
 use crate::run::contacts::guards::gap_resolution;
 use crate::run::contacts::log::ContactLog;
+use crate::run::contacts::sticking::{begin_friction, new_traction};
 use crate::run::motion::Motion;
 use crate::run::tolerances::Tolerances;
 use crate::run::warnings::Notice;
@@ -40,11 +41,14 @@ pub(crate) fn onset(
     let impact_velocity = surface_velocity(motion, index);
     let floor = tolerances.impact_velocity_floor(mechanism, index);
     let latch = law.latch(impact_velocity.max(floor));
+    let scales = &mechanism.scales.contacts[index];
+    let deepest = law.impact_penetration(mass, impact_velocity).max(scales.resting_penetration);
+    let traction = new_traction(motion, index, deepest);
     // In slower impacts the load determines the time scale.
     let slowest = mechanism.scales.contacts[index].resting_velocity;
     let impact_time = law.impact_time(mass, impact_velocity.max(slowest));
     Onset {
-        phase: Phase::Contact { latch, clipped: false },
+        phase: Phase::Contact { latch, clipped: false, traction },
         impact_velocity,
         is_at_floor: law.is_latched() && impact_velocity < floor,
         first_step: ONSET_STEP * rtol.powf(1.0 / (law.exponent + 1.0)) * impact_time,
@@ -66,7 +70,13 @@ fn surface_velocity(motion: &mut Motion, index: usize) -> f64 {
 }
 
 /// Sets the phases of the contacts in which the run starts; returns warnings.
-pub(crate) fn begin_contacts(motion: &mut Motion, log: &mut ContactLog, q: &[f64], v: &[f64]) -> Vec<Notice> {
+pub(crate) fn begin_contacts(
+    motion: &mut Motion,
+    tolerances: &Tolerances,
+    log: &mut ContactLog,
+    q: &[f64],
+    v: &[f64],
+) -> Vec<Notice> {
     let mut warnings = Vec::new();
     motion.dynamics.move_to(0.0, q, v);
     for index in 0..motion.dynamics.phases.len() {
@@ -95,7 +105,14 @@ pub(crate) fn begin_contacts(motion: &mut Motion, log: &mut ContactLog, q: &[f64
             let numbers = vec![("velocity", arrival)];
             warnings.push(Notice::of_joint("starts_in_contact", &joint.name, numbers, what));
         }
-        motion.dynamics.phases[index] = Phase::Contact { latch: law.latch(arrival), clipped: false };
+        let scales = &mechanism.scales.contacts[index];
+        let traction = new_traction(motion, index, state.penetration.max(scales.resting_penetration));
+        motion.dynamics.phases[index] =
+            Phase::Contact { latch: law.latch(arrival), clipped: false, traction };
+        if traction.is_some() {
+            motion.dynamics.accelerate(&motion.a);
+            begin_friction(motion, tolerances, index);
+        }
         log.open[index] = Some(OpenContact::begin(index, 0.0, f64::NAN));
     }
     warnings

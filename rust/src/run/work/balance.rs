@@ -272,6 +272,11 @@ impl Balance {
         self.steps += 1;
     }
 
+    /// Forgets the energies of the state in which a step ended, since its phase has others.
+    pub(crate) fn forget_state(&mut self) {
+        self.checked = None;
+    }
+
     /// Records how a contact slides at the start of a step.
     pub(crate) fn watch_slide(&mut self, motion: &Motion, index: usize, state: &ContactState<f64>) {
         self.slides[index] = Slide::of(motion, index, state);
