@@ -29,8 +29,8 @@ class Event(records.ArrayRecord):
     joint : str
         Name of the clearance joint.
     kind : str
-        ``"onset"``, ``"separation"``; ``"clip"`` and ``"unclip"``: normal force reaches and leaves 0; ``"stick"`` and
-        ``"slip"`` of the law `StickSlip`.
+        ``"onset"``, ``"separation"``; ``"clip"`` and ``"unclip"``: normal force reaches and leaves 0;
+        ``"stick"`` and ``"slip"`` of the law `StickSlip`.
     normal_velocity : float
         Penetration rate at that instant [m/s].
     """
@@ -52,8 +52,8 @@ class Events(Rows[Event]):
     joint : ndarray of str
         Name of the clearance joint.
     kind : ndarray of str
-        ``"onset"``, ``"separation"``; ``"clip"`` and ``"unclip"``: normal force reaches and leaves 0; ``"stick"`` and
-        ``"slip"`` of the law `StickSlip`.
+        ``"onset"``, ``"separation"``; ``"clip"`` and ``"unclip"``: normal force reaches and leaves 0;
+        ``"stick"`` and ``"slip"`` of the law `StickSlip`.
     normal_velocity : Array
         Penetration rate at that instant [m/s].
     """

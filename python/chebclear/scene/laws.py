@@ -233,23 +233,25 @@ class ModifiedCoulomb(Part):
 
 @dataclass(frozen=True)
 class StickSlip(Part):
-    """Coulomb friction that sticks: a tangential spring in series with a slider, as in the element of Jenkins.
+    """Coulomb friction that sticks: a spring in series with a slider, as in the element of Jenkins.
 
-    The contact sticks while the spring holds less than μ_s F_N, then it slides with μ = μ_d + (μ_s - μ_d) exp(-(v/V)²).
-    It does not creep: what sticks moves by the stretch of the spring, of the order of the penetration, and comes back.
-    The run locates where sticking begins and ends; the log of events names them ``"stick"`` and ``"slip"``. The energy of
-    the spring is part of ``energy.contact``. Needs the surface velocity (``sliding="surface"``). Sources: Iwan (1966);
-    Mindlin (1949) for the stiffness.
+    The contact sticks while the spring holds less than μ_s F_N, then it slides with
+    μ = μ_d + (μ_s - μ_d) exp(-(v/V)²). It does not creep: what sticks moves by the stretch of the spring, of
+    the order of the penetration, and comes back. The run locates where sticking begins and ends; events name
+    them ``"stick"`` and ``"slip"``. The energy of the spring is part of ``energy.contact``. It needs the
+    velocity of the surfaces (``sliding="surface"``). Sources: Iwan (1966); Mindlin (1949) for the stiffness.
 
     Parameters
     ----------
     static_coefficient, sliding_coefficient : float
         Coefficients of friction μ_s, μ_d [-]; the sliding one at most the static one.
     stribeck_velocity : float
-        Sliding velocity V over which friction falls from the static to the sliding coefficient [m/s]; 0 for a jump.
+        Sliding velocity V over which friction falls from the static to the sliding coefficient [m/s]; 0 for
+        a jump.
     tangential_stiffness : float, optional
-        Stiffness of the spring [N/m]. If not given, 0.82 of the normal stiffness dF_N/dδ (Mindlin's ratio for a Poisson
-        ratio of 0.3) at the penetration under the load of the start, or at that of the impact if it is deeper.
+        Stiffness of the spring [N/m]. If not given, 0.82 of the normal stiffness dF_N/dδ (Mindlin's ratio for
+        a Poisson ratio of 0.3) at the penetration under the load of the start, or in the impact that begins
+        the contact if it is deeper.
     damping_ratio : float
         Damping ratio of the tangential oscillation of a contact that sticks, at that penetration [-].
     """

@@ -1,4 +1,4 @@
-"""Friction that sticks: closed forms, an independent integration of spring and slider, and what is kept exactly."""
+"""Friction that sticks: closed forms, an independent integration, what is kept exactly."""
 
 import dataclasses
 import math
@@ -62,7 +62,7 @@ def on_slope(gradient, **more):
 @pytest.mark.parametrize("method", METHODS)
 def test_a_block_below_the_angle_of_friction_does_not_move(method):
     run = cc.simulate(on_slope(0.35), duration=1.0, samples=1001, method=method, outputs=["*", "front.wear"])
-    # It stretches its springs by about as much as it sinks, within the first milliseconds, and stays there for good.
+    # It stretches its springs by about as much as it sinks, in the first milliseconds, and stays there.
     assert 0.0 < run["block.x"][-1] < 1e-7
     assert np.ptp(run["block.x"][100:]) < 1e-11
     assert np.all(run["front.sticking"][10:] == 1.0) and np.all(run["rear.sticking"][10:] == 1.0)
@@ -133,7 +133,7 @@ def test_a_spinning_journal_is_braked_by_the_force_that_carries_the_load():
 
 
 def return_mapping(speed, slip, spin, stiffness, tangential, coefficient, mass, inertia, radius):
-    """A disk that bounces off a plane, by small steps of an elastic spring whose force is cut at Coulomb's limit."""
+    """A disk that bounces off a plane, by small steps of a spring whose force is cut at Coulomb's limit."""
     steps, depth, rate, held = 100_000, 0.0, speed, 0.0
     dt = 3.0 * (mass / (stiffness * math.sqrt(speed))) ** 0.4 * 2.0 / steps
     for _ in range(steps):
@@ -152,13 +152,17 @@ def return_mapping(speed, slip, spin, stiffness, tangential, coefficient, mass, 
 @pytest.mark.parametrize("slip", [0.05, 0.3, 1.0])
 @pytest.mark.parametrize("method", ["dop853", "rodas5p"])
 def test_an_oblique_impact_is_that_of_an_independent_integration(slip, method):
-    """A spinning disk: one that sticks in the impact, one that also slides back, one that slides throughout."""
+    """A spinning disk: one sticks in the impact, one also slides back, one slides throughout."""
     mass, radius, stiffness, tangential, coefficient, speed = 0.5, 0.02, 1e9, 1.3e7, 0.3, 0.5
     inertia = 0.5 * mass * radius**2
     friction = cc.laws.StickSlip(coefficient, coefficient, 0.0, tangential, damping_ratio=0.0)
     scene = cc.Scene(
         [cc.Body("disk", mass, inertia)],
-        [cc.PinInSlot("slot", "ground", "disk", (1.0, 0.0), radius, 1e-3, cc.laws.Hertz(stiffness), friction)],
+        [
+            cc.PinInSlot(
+                "slot", "ground", "disk", (1.0, 0.0), radius, 1e-3, cc.laws.Hertz(stiffness), friction
+            )
+        ],
         start=[
             cc.GuideStart("slot", offset_rate=-speed),
             cc.BodyStart("disk", angular_velocity=slip / radius),
@@ -166,7 +170,9 @@ def test_an_oblique_impact_is_that_of_an_independent_integration(slip, method):
     )
     outputs = ["disk.vx", "disk.angular_velocity", "energy.balance", "energy.friction_loss"]
     run = cc.simulate(scene, duration=4e-3, samples=401, rtol=1e-9, method=method, outputs=outputs)
-    expected = return_mapping(speed, 0.0, slip / radius, stiffness, tangential, coefficient, mass, inertia, radius)
+    expected = return_mapping(
+        speed, 0.0, slip / radius, stiffness, tangential, coefficient, mass, inertia, radius
+    )
     found = run["disk.vx"][-1], run["disk.angular_velocity"][-1] * radius
     np.testing.assert_allclose(found, (expected[0], expected[1] * radius), atol=1e-4 * slip)
     kinds = [event.kind for event in run.events]
@@ -177,7 +183,7 @@ def test_an_oblique_impact_is_that_of_an_independent_integration(slip, method):
 
 
 def test_a_free_pair_keeps_its_momenta_and_energy():
-    """Two bodies in space that meet in a bearing: nothing acts from outside, and friction only loses energy."""
+    """Two bodies meet in a bearing: nothing acts from outside, and friction only loses energy."""
     friction = cc.laws.StickSlip(0.4, 0.3, 1e-3)
     bodies = {"shaft": (2.0, 4e-4), "housing": (3.0, 1e-2)}
     scene = cc.Scene(
@@ -232,7 +238,9 @@ def test_a_run_goes_on_in_the_phase_in_which_another_ended(method):
     first = cc.simulate(scene, duration=0.01, **{**settings, "samples": 51})
     second = cc.simulate(scene, duration=0.01, **{**settings, "samples": 51}, start=first.end)
     assert first["bearing.sticking"][-1] == second["bearing.sticking"][0] == 1.0
-    assert second["bearing.friction_force"][0] == pytest.approx(first["bearing.friction_force"][-1], rel=1e-12)
+    assert second["bearing.friction_force"][0] == pytest.approx(
+        first["bearing.friction_force"][-1], rel=1e-12
+    )
     for name in ("journal.angle", "bearing.friction_force"):
         np.testing.assert_allclose(second[name], whole[name][50:], atol=1e-5 * np.ptp(whole[name]))
     assert np.abs(second["energy.balance"]).max() < 1e-7
