@@ -28,7 +28,8 @@ from ..study.requirements.exact import binomial_cdf, exact_interval
 from ..study.requirements.specification import Specification, checked_specifications
 from ..study.runner import Runner
 from ..study.sources.finished import FinishedRuns
-from ..study.sources.scenes import MOST_RUNS, Runs
+from ..study.sources.run_table import RunTable
+from ..study.sources.scenes import MOST_RUNS
 from ..study.sources.units import units_of
 from ..study.study import Study
 
@@ -308,7 +309,7 @@ def contrast(
     return Contrast(differences, shares, tuple(_changes(*runners)), names, seed, tuple(notices.values()))
 
 
-def _features(runner: Runner, made: Runs, count: int) -> dict[str, Array]:
+def _features(runner: Runner, made: RunTable, count: int) -> dict[str, Array]:
     """The features of a study, the mean over cycles, NaN where a run failed; of a model all its numbers."""
     found = {}
     for column, name in enumerate(made.feature_names):

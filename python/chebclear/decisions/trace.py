@@ -24,7 +24,7 @@ from ..study.results import StudyResult
 from ..study.runner import Runner
 from ..study.sources.own import sampled_feature
 from ..study.sources.returned import time_axis
-from ..study.sources.scenes import Runs
+from ..study.sources.run_table import RunTable
 from ..study.study import Study
 from .measured import Measured, quantity, unit_factor
 
@@ -166,7 +166,7 @@ def _axis(checks: Checks, source: Study | StudyResult, wanted: list[str]) -> tup
     return t, {name: units.get(name, "") for name in wanted}
 
 
-def _made(runner: Runner, points: Array) -> Runs:
+def _made(runner: Runner, points: Array) -> RunTable:
     try:
         return runner.made(points, runner.settings, midpoint=False)
     except AllFailedError as error:

@@ -23,7 +23,7 @@ from ..scene.scene import Scene
 from .band.limits import physical_limits
 from .band.revolutions import Revolutions
 from .runner import Runner
-from .sources.scenes import Runs
+from .sources.run_table import RunTable
 
 Array = NDArray[np.float64]
 
@@ -157,7 +157,7 @@ def _measured(
     return dataclasses.replace(made, cycles=1), turns
 
 
-def unpredictable(runs: Runs) -> tuple[Notice, ...]:
+def unpredictable(runs: RunTable) -> tuple[Notice, ...]:
     """A notice if single values in the last revolution are not predictable.
 
     The midpoint run and two others are simulated once more at a tenth of the tolerance. Where two such runs
@@ -192,7 +192,7 @@ def _affordable(samples: int) -> int:
     return samples
 
 
-def cut(runs: Runs, revolutions: Revolutions) -> Runs:
+def cut(runs: RunTable, revolutions: Revolutions) -> RunTable:
     """The runs by revolution: values of shape (runs, revolutions, samples, outputs).
 
     The full turns since the first sample are subtracted from output angles.
@@ -226,7 +226,7 @@ def cut(runs: Runs, revolutions: Revolutions) -> Runs:
     return dataclasses.replace(runs, t=runs.t[: revolutions.samples], values=values)
 
 
-def _at_the_angles(runs: Runs, revolutions: Revolutions, column: str) -> Runs:
+def _at_the_angles(runs: RunTable, revolutions: Revolutions, column: str) -> RunTable:
     """The runs interpolated at the angles that are kept; the instants are those of the last run."""
     place = runs.outputs.index(column)
     shown = [index for index in range(len(runs.outputs)) if revolutions.shown or index != place]

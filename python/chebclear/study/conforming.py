@@ -33,7 +33,8 @@ from .requirements.specification import ALL, Specification, checked_specificatio
 from .results import StudyResult
 from .runner import Runner
 from .sources.finished import FinishedRuns
-from .sources.scenes import MOST_RUNS, Runs
+from .sources.run_table import RunTable
+from .sources.scenes import MOST_RUNS
 from .sources.units import units_of
 from .spec import declared_order
 
@@ -275,16 +276,12 @@ def _of_others(runner: Runner, settings: Settings | None, runs: int, seed: int) 
 def _of_runs(runner: Runner, result: StudyResult) -> Conformance:
     """Shares of the mechanisms of a result, which were drawn from the distributions."""
     watched = watching_for(runner, runner.requirements)[1]
-    failed = np.full((2, count_failed(result.failures)), np.nan)
-    extremes = []
-    for name, one in runner.requirements.items():
-        ends = watched[name].features or (one.quantity, one.quantity)
-        if all(end in result.features.names for end in ends):
-            lowest, highest = (result.features.runs[:, :, result.features.names.index(end)] for end in ends)
-        else:
-            lowest = highest = result.values(one.quantity)
-        found = np.stack([lowest.min(axis=1), highest.max(axis=1)])
-        extremes.append(np.concatenate([found, failed], axis=1))
+    outputs = [one.quantity for one in runner.requirements.values() if one.quantity in result.bands]
+    runs = sampled.runs_of(result, outputs)[: len(result.parameters)]
+    count = len(result.parameters) + count_failed(result.failures)
+    extremes = [
+        extremes_of(runs, name, one, watched[name], count) for name, one in runner.requirements.items()
+    ]
     at = places(runner.parameters, 0, 0)
     shares = shares_at(runner.requirements, watched, at, [extremes], _CONFIDENCE, None)
     return Conformance(shares, result.parameters, result.parameter_names, None)
@@ -404,7 +401,7 @@ def placed(runner: Runner, draws: Array, place: dict[str, float]) -> Array:
     return points
 
 
-def extremes_of(runs: Runs, name: str, one: Specification, watched: Watched, points: int) -> Array:
+def extremes_of(runs: RunTable, name: str, one: Specification, watched: Watched, points: int) -> Array:
     """The lowest and the highest value in each run, NaN where it failed, shape (2, points)."""
     found = np.full((2, points), np.nan)
     if watched.features is not None:

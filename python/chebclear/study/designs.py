@@ -31,7 +31,8 @@ from .polynomials.surrogate import MOST_RANGE_DEGREE, BoundKind, chebyshev_grid,
 from .results import StudyResult
 from .runner import Runner
 from .sources.finished import FinishedRuns
-from .sources.scenes import MOST_NODES, MOST_RUNS, Runs
+from .sources.run_table import RunTable
+from .sources.scenes import MOST_NODES, MOST_RUNS
 from .sources.units import units_of
 from .spec import check_runs, per_parameter
 
@@ -56,7 +57,7 @@ class Design:
     """Settings of the runs; None if they are not simulated."""
     usage: Usage
     """What the result takes besides the samples."""
-    result: Callable[[Runs], StudyResult]
+    result: Callable[[RunTable], StudyResult]
     """Makes the result of the runs."""
     independent: bool = False
     """Whether the points are independent and uniform in the box."""
@@ -163,21 +164,17 @@ def on_grid(
         Kind of the result; ``"chebyshev"`` or ``"scan"`` by the degrees if not given.
     """
 
-    def result(runs: Runs) -> StudyResult:
+    def result(runs: RunTable) -> StudyResult:
         found = StudyResult.from_runs(
-            runs.t,
-            runs.outputs,
-            runs.values,
+            runs,
             runner.intervals,
-            points[runs.kept],
             degrees=degrees,
             nodes=counts,
             bounds=bounds,
             threads=runner.execution.threads,
             kind=kind,
-            features=feature_table(runner, runs, points[runs.kept], random),
+            features=feature_table(runner, runs, random, count_failed(runs.failures)),
             units=runner.units,
-            **runs.facts,
         )
         # A result that is read from a file already has these notices.
         messages = doubts(found.bands)
@@ -192,8 +189,8 @@ def on_grid(
     return Design(points, runner.settings, Usage(terms=terms), result)
 
 
-def feature_table(runner: Runner, runs: Runs, points: Array, random: bool) -> FeatureTable:
-    """The features of the runs at the points."""
+def feature_table(runner: Runner, runs: RunTable, random: bool, failed: int) -> FeatureTable:
+    """The features of the runs."""
     if runs.features is None:
         return NO_FEATURES
     names = runs.feature_names
@@ -202,11 +199,11 @@ def feature_table(runner: Runner, runs: Runs, points: Array, random: bool) -> Fe
         runs.features[:-1],
         runs.features[-1],
         runner.intervals,
-        points,
+        runs.parameters,
         random,
         runner.uneven,
         units_of(names, runner.features, runner.units, simulated=runner.settings is not None),
-        count_failed(runs.failures),
+        failed,
         isinstance(runner.model, FinishedRuns),
         runs.nominal_parameters,
     )
@@ -266,7 +263,7 @@ def predicted_seconds(runner: Runner, design: Design, enough: float) -> tuple[fl
 
 def _timed(
     runner: Runner, design: Design, probes: int | None, enough: float, first: tuple[int, int]
-) -> tuple[Runs, NDArray[np.intp], list[tuple[int, float]]]:
+) -> tuple[RunTable, NDArray[np.intp], list[tuple[int, float]]]:
     """Some runs, their numbers, and how many took how long at each time, until these take long enough [s].
 
     If their number is not given, the `first` are so many, and so many for each worker.
@@ -293,7 +290,7 @@ def _timed(
         count = min(most, _MORE * count)
 
 
-def _fit_seconds(design: Design, runs: Runs) -> float:
+def _fit_seconds(design: Design, runs: RunTable) -> float:
     """Time of the polynomials of a study [s], on the line through the times of a few samples and of more.
 
     The values are those of planes through the runs that were made: they are fitted in the time of any others,
@@ -311,6 +308,7 @@ def _fit_seconds(design: Design, runs: Runs) -> float:
             runs,
             t=runs.t[at],
             values=(known @ plane).reshape(len(known), *made.shape[1:]),
+            parameters=points,
             kept=np.arange(len(points)),
             stats=Costs.joined(()),
             features=None,

@@ -43,9 +43,13 @@ from .report.dataset import facts_of, more_arrays, study_dataset
 from .report.document import study_document, verdict_table
 from .report.summary import summary
 from .requirements.conformance import Conformance
+from .sources.run_table import RunTable
 from .spec import StudySpec
 
 Array = NDArray[np.float64]
+
+# Fields that are those of the table of runs.
+_OF_RUNS = ("stats", "notices", "settings", "scene", "nominal_parameters", "failures", "seconds")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -309,11 +313,8 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
     @classmethod
     def from_runs(
         cls,
-        t: Array,
-        outputs: Sequence[str],
-        values: Array,
+        runs: RunTable,
         intervals: dict[str, Interval],
-        parameters: Array,
         *,
         degrees: tuple[int, ...] | None,
         nodes: tuple[int, ...],
@@ -321,26 +322,17 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
         kind: str | None = None,
         requirement: Requirement | None = None,
         threads: int | None = None,
-        nominal_parameters: Array | None = None,
-        failures: tuple[FailedRun, ...] = (),
         units: Mapping[str, str] | None = None,
         **facts: Any,
     ) -> Self:
-        """The result from the values of all runs.
+        """The result of a table of runs.
 
         Parameters
         ----------
-        t : ndarray, shape (samples,)
-            Instants [s].
-        outputs : sequence of str
-            Names of the outputs.
-        values : ndarray, shape (runs + 1, samples, outputs)
-            All outputs of all runs in their units, the nominal run last; by crank angle of shape (runs + 1,
-            revolutions, samples, outputs).
+        runs : RunTable
+            All runs, the first parameter changing slowest, the nominal one last.
         intervals : dict of str to Interval
             Interval of each parameter [SI units].
-        parameters : ndarray, shape (runs, parameters)
-            Parameters of the runs [SI units], the first one changing slowest.
         degrees : tuple of int or None
             Degrees to fit [-]; None takes the extremes of the runs as bounds.
         nodes : tuple of int
@@ -353,30 +345,24 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
             Required coverage and seed of a calibrated study, in which the runs at Sobol' points come first.
         threads : int, optional
             Threads for bands and ranges of polynomials [-]; all processors if not given.
-        nominal_parameters : ndarray, optional
-            Parameters of the nominal run [SI units]; the nominal values if not given.
-        failures : tuple of FailedRun
-            The runs that failed, whose values and parameters are not among the others.
         units : mapping of str to str, optional
             Units of parameters, and of outputs and features of a model of the user's own, by name.
         **facts
             The remaining fields.
         """
-        facts["nominal_parameters"] = nominal_parameters
-        at = nominal_point(intervals, nominal_parameters)
+        at = nominal_point(intervals, runs.nominal_parameters)
         given = dict(units or {})
-        facts |= {"bounds": bounds, "requirement": requirement, "failures": failures, "units": given}
-        simulated = facts.get("scene") is not None
+        facts |= {"bounds": bounds, "requirement": requirement, "units": given}
+        facts |= {name: getattr(runs, name) for name in _OF_RUNS}
+        table = runs.t, runs.outputs, runs.values, intervals, runs.parameters
         if requirement is not None:
-            bands = calibrated_bands(t, outputs, values, intervals, parameters, requirement, threads, at)
-            bands = with_units(bands, given, simulated=simulated)
-            return cls("band", bands, degrees=None, nodes=(), **facts)
-        missing = [one.index for one in failures]
-        bands = grid_bands(
-            t, outputs, values, intervals, parameters, degrees, nodes, bounds, threads, at, missing
-        )
-        kind = kind or ("scan" if degrees is None else "chebyshev")
-        bands = with_units(bands, given, simulated=simulated)
+            bands = calibrated_bands(*table, requirement, threads, at)
+            kind, degrees, nodes = "band", None, ()
+        else:
+            missing = [one.index for one in runs.failures]
+            bands = grid_bands(*table, degrees, nodes, bounds, threads, at, missing)
+            kind = kind or ("scan" if degrees is None else "chebyshev")
+        bands = with_units(bands, given, simulated=runs.scene is not None)
         return cls(kind, bands, degrees=degrees, nodes=nodes, **facts)
 
     def dataset(self) -> Dataset:
@@ -430,26 +416,32 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
     @classmethod
     def _from_contents(cls, arrays: Mapping[str, Any], facts: Mapping[str, Any]) -> Self:
         intervals = {name: Interval(*numbers) for name, numbers in facts["intervals"].items()}
-        found = cls.from_runs(
+        runs = RunTable(
+            arrays["parameters"],
+            np.arange(len(arrays["parameters"])),
             arrays["t"],
             facts["outputs"],
             arrays["values"],
+            features=None,
+            feature_names=(),
+            notices=Notice.from_plain(facts["notices"]),
+            failures=tuple(map(FailedRun.from_dict, facts.get("failures", ()))),
+            stats=Costs.joined([[Stats.from_dict(one) for one in facts["stats"]]]),
+            settings=None if facts["settings"] is None else Settings.from_dict(facts["settings"]),
+            seconds=facts.get("seconds", math.nan),
+            nominal_parameters=arrays.get("nominal_parameters"),
+            scene=None if facts["scene"] is None else Scene.from_json(json.dumps(facts["scene"])),
+        )
+        found = cls.from_runs(
+            runs,
             intervals,
-            arrays["parameters"],
             kind=facts.get("kind_of_study"),
             features=FeatureTable.of_file(arrays, facts, intervals) if "features" in facts else NO_FEATURES,
             degrees=None if facts["degrees"] is None else tuple(facts["degrees"]),
             nodes=tuple(facts["nodes"]),
             bounds=facts["bounds"],
             requirement=Requirement.from_dict(facts.get("requirement")),
-            stats=Costs.joined([[Stats.from_dict(one) for one in facts["stats"]]]),
-            notices=Notice.from_plain(facts["notices"]),
-            settings=None if facts["settings"] is None else Settings.from_dict(facts["settings"]),
-            scene=None if facts["scene"] is None else Scene.from_json(json.dumps(facts["scene"])),
-            nominal_parameters=arrays.get("nominal_parameters"),
-            seconds=facts.get("seconds", math.nan),
             worst_cases=tuple(WorstCase(**case) for case in facts.get("worst_cases", ())),
-            failures=tuple(map(FailedRun.from_dict, facts.get("failures", ()))),
             units=facts.get("units"),
             seed=facts.get("seed"),
             spec=StudySpec.from_facts(facts["spec"]) if facts.get("spec") is not None else None,

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks
 from ..base.progress import Progress, is_request, reporter
 from ..errors import ArgumentTypeError, SceneError, describe
-from ..execution.counts import Costs
 from ..execution.failures import located
 from ..execution.memory import SAMPLES_ALONE, Usage
 from ..execution.options import ExecutionOptions, checked_options
@@ -26,7 +25,8 @@ from .requirements.draws import check_drawn
 from .requirements.specification import Specification, checked_specifications
 from .sources.finished import FinishedRuns
 from .sources.own import OwnModel, check_own_features, check_unused
-from .sources.scenes import Many, Runs, SceneRuns
+from .sources.run_table import RunTable
+from .sources.scenes import Many, SceneRuns
 from .sources.units import checked_units, known_units, require_known
 from .spec import (
     StudySpec,
@@ -136,27 +136,22 @@ class Runner:
         *,
         midpoint: bool = True,
         usage: Usage = SAMPLES_ALONE,
-    ) -> Runs:
+    ) -> RunTable:
         """The runs at the points and, if requested, last the nominal one, from any source."""
         start = time.perf_counter()
         if settings is not None:
-            runs = self.simulated(points, settings, midpoint=midpoint, usage=usage)
-            return replace(runs, seconds=time.perf_counter() - start)
-        if isinstance(self.model, FinishedRuns):
+            made = self.simulated(points, settings, midpoint=midpoint, usage=usage)
+        elif isinstance(self.model, FinishedRuns):
             made = self.model.runs(points, midpoint=midpoint)
         else:
             assert self.model is not None, "what is not simulated comes from a model"
             with reporter(self.progress, "study") as report:
                 made = self.model.runs(points, midpoint=midpoint, report=report, execution=self.execution)
-        seconds = time.perf_counter() - start
-        facts = vars(made)
-        if made.kept is None:
-            facts = facts | {"kept": np.arange(len(points))}
-        return Runs(stats=Costs.joined(()), settings=None, seconds=seconds, **facts)
+        return replace(made, seconds=time.perf_counter() - start)
 
     def simulated(
         self, points: Array, settings: Settings, *, midpoint: bool = True, usage: Usage = SAMPLES_ALONE
-    ) -> Runs:
+    ) -> RunTable:
         """The simulated runs at the points and, if requested, last at the midpoint; issues no warnings."""
         rtol = settings.rtol if self.settings is None else self.settings.rtol
         runs_of_scenes = SceneRuns(

@@ -6,8 +6,6 @@ import dataclasses
 import hashlib
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.random import Generator
@@ -22,7 +20,6 @@ from ..execution.pieces import NOT_BEGUN
 from ..run.notices import Notice
 from ..run.settings import Settings, checked_settings
 from ..run.tracking import settling_time
-from ..scene.scene import Scene
 from .band.calibrated import (
     UNDERSAMPLED,
     Requirement,
@@ -33,14 +30,13 @@ from .band.independent import exact_runs
 from .band.judgment import SETTLING, early_widths
 from .band.limits import largest_clearances, physical_limits
 from .by_angle import cut, turning, unpredictable
-from .designs import Design, predicted_seconds
-from .features.features import NO_FEATURES, FeatureTable
+from .designs import Design, feature_table, predicted_seconds
 from .polynomials.points import in_box, on_cube, random_points, sobol_points
 from .results import StudyResult
 from .runner import Runner
 from .sources.finished import FinishedRuns
-from .sources.scenes import MOST_RUNS, Runs
-from .sources.units import units_of
+from .sources.run_table import RunTable
+from .sources.scenes import MOST_RUNS
 
 Array = NDArray[np.float64]
 
@@ -59,45 +55,25 @@ _SAME_POINT = 1e-9
 _SAME_VALUES = 1e-6
 
 
-@dataclass(frozen=True)
-class Table:
-    """Finished runs."""
-
-    parameters: Array
-    """Parameters [SI units], shape (runs, parameters)."""
-    values: Array
-    """Outputs in their units, shape (runs, samples, outputs); by crank angle (runs, revolutions, samples,
-    outputs)."""
-    stats: Costs
-    """What each run cost; nothing if they were not simulated."""
-    features: Array | None
-    """Features, shape (runs, cycles, features); None if none were asked for."""
-
-    @classmethod
-    def of(cls, result: StudyResult, outputs: Sequence[str]) -> Table:
-        """The runs of a result, without the nominal one."""
-        values = np.stack([result.values(name) for name in outputs], axis=-1)
-        features = result.features.runs if result.features else None
-        return cls(result.parameters, values, Costs.joined([result.stats[:-1]]), features)
-
-    @classmethod
-    def nominal(cls, result: StudyResult) -> Table:
-        """The nominal run of a result; its parameters are not needed here."""
-        values = np.stack([result.table(name)[-1] for name in result.outputs], axis=-1)[None]
-        features = result.features.nominal[None] if result.features else None
-        return cls(result.parameters[:1], values, Costs.joined([result.stats[-1:]]), features)
-
-    def __getitem__(self, rows: slice | NDArray[np.intp]) -> Table:
-        features = None if self.features is None else self.features[rows]
-        stats = self.stats[rows] if len(self.stats) else self.stats
-        return Table(self.parameters[rows], self.values[rows], stats, features)
-
-    @classmethod
-    def new(cls, points: Array, runs: Runs) -> Table:
-        """The runs at the points and, if it is among them, the nominal one."""
-        # The last row may be the nominal run, whose parameters are not needed here.
-        parameters = np.resize(points[runs.kept], (len(runs.values), points.shape[1]))
-        return cls(parameters, runs.values, Costs.joined([runs.stats]), runs.features)
+def runs_of(result: StudyResult, outputs: Sequence[str]) -> RunTable:
+    """The runs of a result with some of its outputs, the nominal one last."""
+    empty = np.empty((len(result.parameters) + 1, 0, 0))
+    table = result.features
+    return RunTable(
+        result.parameters,
+        np.arange(len(result.parameters)),
+        result.t,
+        tuple(outputs),
+        np.stack([result.table(name) for name in outputs], axis=-1) if outputs else empty,
+        np.concatenate([table.runs, table.nominal[None]]) if table else None,
+        table.names,
+        failures=result.failures,
+        stats=Costs.joined([result.stats]),
+        settings=result.settings,
+        seconds=result.seconds,
+        nominal_parameters=result.nominal_parameters,
+        scene=result.scene,
+    )
 
 
 def band(
@@ -237,8 +213,8 @@ def _design(
     """Runs at the points and the midpoint, whose result is that of a band."""
     usage, alone = band_usage(*points.shape), requirement.independent and not others
 
-    def result(made: Runs) -> StudyResult:
-        return _made(runner, requirement, points, made, others)
+    def result(made: RunTable) -> StudyResult:
+        return _made(runner, requirement, made, others)
 
     return Design(points, settings, usage, result, alone, requirement.seed)
 
@@ -246,8 +222,7 @@ def _design(
 def _made(
     runner: Runner,
     requirement: Requirement,
-    points: Array,
-    made: Runs,
+    made: RunTable,
     others: Sequence[StudyResult],
 ) -> StudyResult:
     """The result of runs at the points and the midpoint."""
@@ -266,15 +241,12 @@ def _made(
         requirement, runs=len(new.kept), failed=count_failed(new.failures), limits=limits
     )
     _check_enough(requirement, new.failures)
-    table = Table.new(points, new)
-    scored, nominal = table[: requirement.runs], table[requirement.runs :]
-    facts = {"t": new.t, "outputs": new.outputs, "feature_names": new.feature_names, **new.facts}
-    kept = _others(runner, others, requirement, new.t, new.outputs, facts["scene"])
-    del facts["stats"], facts["notices"]
-    messages = [*new.notices, *_foreign(runner, others, nominal, new.outputs)]
+    scored, nominal = new[: requirement.runs], new[requirement.runs :]
+    kept = _others(runner, others, requirement, new)
+    messages = [*new.notices, *_foreign(runner, others, nominal)]
     messages += [] if requirement.revolutions is not None else unpredictable(new)
-    whole = None if kept else table.values
-    return _result(runner, requirement, [scored], kept, nominal, messages, facts, whole)
+    whole = None if kept else new.values
+    return _result(runner, requirement, new, [scored], kept, nominal, messages, whole)
 
 
 def _check_enough(requirement: Requirement, failures: Sequence[FailedRun]) -> None:
@@ -300,9 +272,10 @@ def extended(
         checks.add("a table of finished runs has no further ones: make a new table")
     checks.finish()
     assert requirement is not None, "the checks let no other result pass"
-    outputs = result.outputs
-    old = Table.of(result, outputs)
+    old = runs_of(result, result.outputs)
     scored, messages = [old[: requirement.runs]], _lasting(result.notices)
+    count = len(old.parameters)
+    kept, nominal = [old[requirement.runs : count]], old[count:]
     good, begun = requirement.runs, requirement.runs + requirement.failed
     # Runs that time was short for are made now.
     failures = tuple(one for one in result.failures if one.reason != NOT_BEGUN or one.index >= begun + runs)
@@ -312,87 +285,61 @@ def extended(
         new = runner.made(points, result.settings, midpoint=False, usage=band_usage(*points.shape))
         new = new if requirement.revolutions is None else cut(new, requirement.revolutions)
         seconds += new.seconds
-        scored.append(Table.new(points, new))
+        scored.append(new)
         messages += _lasting(new.notices)
         good += len(new.kept)
         failures += tuple(dataclasses.replace(one, index=one.index + begun) for one in new.failures)
-    kept = [old[requirement.runs :], *_others(runner, others, requirement, result.t, outputs, result.scene)]
-    messages += _foreign(runner, others, Table.nominal(result), outputs)
+    kept += _others(runner, others, requirement, old)
+    messages += _foreign(runner, others, nominal)
     requirement = dataclasses.replace(requirement, runs=good, failed=count_failed(failures))
     messages += failure_notices(failures, good + len(failures) + 1)
-    facts = _facts(result) | {"seconds": seconds, "failures": failures}
-    return _result(runner, requirement, scored, kept, Table.nominal(result), messages, facts)
+    base = dataclasses.replace(old, seconds=seconds, failures=failures)
+    return _result(runner, requirement, base, scored, kept, nominal, messages)
 
 
 def shortened(runner: Runner, result: StudyResult, runs: int) -> StudyResult:
     """The result of `Study.band` from the first runs of another one."""
     assert result.requirement is not None, "a result of Study.band"
     requirement = dataclasses.replace(result.requirement, runs=runs)
-    first = Table.of(result, result.outputs)[:runs]
-    facts = _facts(result) | {"seconds": math.nan}
-    return _result(runner, requirement, [first], [], Table.nominal(result), (), facts)
-
-
-def _facts(result: StudyResult) -> dict[str, Any]:
-    """Facts that results of the same study from other runs have in common."""
-    return {
-        "t": result.t,
-        "outputs": result.outputs,
-        "settings": result.settings,
-        "scene": result.scene,
-        "nominal_parameters": result.nominal_parameters,
-        "feature_names": result.features.names,
-    }
+    old = runs_of(result, result.outputs)
+    base = dataclasses.replace(old, seconds=math.nan, failures=())
+    return _result(runner, requirement, base, [old[:runs]], [], old[len(old.parameters) :], ())
 
 
 def _result(
     runner: Runner,
     requirement: Requirement,
-    scored: Sequence[Table],
-    kept: Sequence[Table],
-    nominal: Table,
+    base: RunTable,
+    scored: Sequence[RunTable],
+    kept: Sequence[RunTable],
+    nominal: RunTable,
     notices: Sequence[Notice],
-    facts: dict[str, Any],
     whole: Array | None = None,
 ) -> StudyResult:
-    """The result of the runs of all tables; `whole` has their values if they are one array already."""
+    """The result of the runs of all tables, otherwise like `base`; `whole` are their values as one array."""
     kept = _without_twins(runner, scored, kept)
     tables = [*scored, *kept]
-    parameters = np.concatenate([table.parameters for table in tables])
     # Runs of another result may not know the features.
     found = [table.features for table in [*tables, nominal] if table.features is not None]
-    features = NO_FEATURES
-    names = facts.pop("feature_names")
-    if names and len(found) == len(tables) + 1:
-        values = np.concatenate(found)
-        # Included runs may lie on a grid.
-        random = not kept and (not isinstance(runner.model, FinishedRuns) or runner.model.independent)
-        features = FeatureTable(
-            names,
-            values[:-1],
-            values[-1],
-            runner.intervals,
-            parameters,
-            random,
-            runner.uneven,
-            units_of(names, runner.features, runner.units, simulated=runner.settings is not None),
-            requirement.failed,
-            isinstance(runner.model, FinishedRuns),
-            facts.get("nominal_parameters"),
-        )
-    result = StudyResult.from_runs(
-        intervals=runner.intervals,
-        parameters=parameters,
+    runs = dataclasses.replace(
+        base,
+        parameters=np.concatenate([table.parameters for table in tables]),
         values=np.concatenate([one.values for one in [*tables, nominal]]) if whole is None else whole,
+        features=np.concatenate(found) if base.feature_names and len(found) == len(tables) + 1 else None,
+        stats=Costs.joined(table.stats for table in [*tables, nominal]),
+        notices=tuple(notices),
+    )
+    # Included runs may lie on a grid.
+    random = not kept and (not isinstance(runner.model, FinishedRuns) or runner.model.independent)
+    result = StudyResult.from_runs(
+        runs,
+        runner.intervals,
         degrees=None,
         nodes=(),
         requirement=requirement,
         threads=runner.execution.threads,
-        stats=Costs.joined(table.stats for table in [*tables, nominal]),
-        notices=tuple(notices),
-        features=features,
+        features=feature_table(runner, runs, random, requirement.failed),
         units=runner.units,
-        **facts,
     )
     # Shortcomings of the bands are known only now.
     messages = remarks(result.bands, requirement)
@@ -419,34 +366,30 @@ def _others(
     runner: Runner,
     results: Sequence[StudyResult],
     requirement: Requirement,
-    t: Array,
-    outputs: Sequence[str],
-    scene: Scene | None,
-) -> list[Table]:
+    own: RunTable,
+) -> list[RunTable]:
     """The runs of other results, which must be of the same study or of a table of finished runs of it."""
     checks = Checks()
     for index, result in enumerate(results):
-        missing = [name for name in outputs if name not in result.outputs]
+        missing = [name for name in own.outputs if name not in result.outputs]
         if missing:
             checks.add(f"include[{index}] misses the outputs {', '.join(missing)}")
         revolutions = None if result.requirement is None else result.requirement.revolutions
         if revolutions != requirement.revolutions:
             checks.add(f"include[{index}] has other revolutions, or none")
-        elif len(result.t) != len(t) or np.max(np.abs(result.t - t)) > 1e-9 * (t[-1] - t[0]):
+        elif len(result.t) != len(own.t) or np.max(np.abs(result.t - own.t)) > 1e-9 * (own.t[-1] - own.t[0]):
             checks.add(f"include[{index}] has other instants")
-        if result.scene is not None and result.scene != scene:
+        if result.scene is not None and result.scene != own.scene:
             checks.add(f"include[{index}] is of another runner: its midpoint is another scene")
         elif result.parameter_names != tuple(runner.intervals):
             checks.add(f"include[{index}] has the parameters {', '.join(result.parameter_names)}")
         elif not in_box(runner.intervals, result.parameters):
             checks.add(f"include[{index}] has runs outside of the intervals of this study")
     checks.finish()
-    return [Table.of(result, outputs) for result in results]
+    return [runs_of(result, own.outputs)[: len(result.parameters)] for result in results]
 
 
-def _foreign(
-    runner: Runner, results: Sequence[StudyResult], nominal: Table, outputs: Sequence[str]
-) -> list[Notice]:
+def _foreign(runner: Runner, results: Sequence[StudyResult], nominal: RunTable) -> list[Notice]:
     """Notices of included results that are not those of this model at the midpoint, if they have the same.
 
     Other scenes are refused; what a model of one's own computes is not known.
@@ -456,7 +399,10 @@ def _foreign(
         same = all(result.intervals[name].nominal == side.nominal for name, side in runner.intervals.items())
         if runner.settings is not None or not same or result.nominal_parameters is not None:
             continue
-        values, other = nominal.values[0], np.stack([result[name].nominal for name in outputs], axis=-1)
+        values, other = (
+            nominal.values[0],
+            np.stack([result[name].nominal for name in nominal.outputs], axis=-1),
+        )
         size = np.maximum(np.max(np.abs(values), axis=0), np.max(np.abs(other), axis=0))
         if np.any(np.abs(values - other) > _SAME_VALUES * size):
             text = (
@@ -467,7 +413,7 @@ def _foreign(
     return found
 
 
-def _without_twins(runner: Runner, scored: Sequence[Table], kept: Sequence[Table]) -> list[Table]:
+def _without_twins(runner: Runner, scored: Sequence[RunTable], kept: Sequence[RunTable]) -> list[RunTable]:
     """The included runs at points that no held-out run has, and those that are the same only once.
 
     A run that is held out while its twin is not would always be inside.

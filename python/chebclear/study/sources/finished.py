@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -16,8 +16,9 @@ from ...run.notices import Notice
 from ...scene.scene import Interval
 from ..polynomials.points import empty_together, is_grid, nominal_point
 from .filled import copies_of, gaps, spread
-from .own import Returned, check_own_features, sampled_feature
+from .own import check_own_features, sampled_feature
 from .returned import time_axis
+from .run_table import RunTable
 from .units import checked_units, require_known
 
 Array = NDArray[np.float64]
@@ -34,15 +35,18 @@ class FinishedRuns:
 
     intervals: dict[str, Interval]
     """Interval of each parameter by name."""
-    table: Returned
+    table: RunTable
     """All runs, in their order."""
-    parameters: Array
-    """Parameters of all runs, shape (runs, parameters)."""
     independent: bool
     """Whether the points were drawn independently and uniformly from the box."""
 
     def __repr__(self) -> str:
         return f"{len(self.parameters)} finished runs"
+
+    @property
+    def parameters(self) -> Array:
+        """Parameters of all runs, shape (runs, parameters)."""
+        return self.table.parameters
 
     @property
     def nominal(self) -> int:
@@ -97,7 +101,7 @@ class FinishedRuns:
         own: dict[str, Array | float] = {"t": found.t} if found.outputs else {}
         return own | {name: found.values[0, :, index] for index, name in enumerate(found.outputs)}
 
-    def runs(self, points: Array, *, midpoint: bool) -> Returned:
+    def runs(self, points: Array, *, midpoint: bool) -> RunTable:
         """The runs at the points and, if asked for, last the nominal one.
 
         Raises
@@ -132,14 +136,11 @@ class FinishedRuns:
                     f"{describe(at)}, is used as the nominal one"
                 )
                 notices.append(Notice("no_nominal_run", text))
-        features = self.table.features
-        return Returned(
-            t=self.table.t,
-            outputs=self.table.outputs,
-            values=self.table.values[rows],
+        return replace(
+            self.table[np.array(rows)],
+            parameters=points,
+            kept=np.arange(len(points)),
             notices=tuple(notices),
-            features=None if features is None else features[rows],
-            feature_names=self.table.feature_names,
             nominal_parameters=stand_in,
         )
 
@@ -229,7 +230,9 @@ def finished_runs(
     found = [sampled_feature(one, instants, series[one.of], cycles) for one in asked.values()]
     found += [np.repeat(column[:, None], cycles, axis=1) for column in numbers.values()]
     shape = (runs, len(instants) if series else 0, len(series))
-    table = Returned(
+    table = RunTable(
+        parameters=np.stack(list(columns.values()), axis=-1),
+        kept=np.arange(runs),
         t=instants,
         outputs=tuple(series),
         values=np.stack(list(series.values()), axis=-1) if series else np.empty(shape),
@@ -237,7 +240,7 @@ def finished_runs(
         features=np.stack(found, axis=-1) if found else None,
         feature_names=(*asked, *numbers),
     )
-    return FinishedRuns(sides, table, np.stack(list(columns.values()), axis=-1), bool(independent))
+    return FinishedRuns(sides, table, bool(independent))
 
 
 def _table_parameters(checks: Checks, given: object) -> dict[str, Array]:

@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.arguments import Checks, did_you_mean
-from ...base.units import unit
 from ...errors import ArgumentError, describe
-from ...execution.failures import FailedRun, failure_notices
+from ...execution.failures import failure_notices
 from ...execution.limited import LimitedCalls
 from ...execution.options import ExecutionOptions
 from ...execution.store import Store
@@ -29,33 +28,10 @@ from ..polynomials.points import nominal_point
 from .calling import Calling, call_model
 from .identity import ModelIdentity
 from .returned import ReturnedRun
+from .run_table import RunTable
 from .units import require_known
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Returned:
-    """Runs of a study, the nominal one last."""
-
-    t: Array = field(metadata=unit("s"))
-    """Instants [s], shape (samples,)."""
-    outputs: tuple[str, ...]
-    """Names of the outputs."""
-    values: Array
-    """All outputs of all runs in their units, shape (runs + 1, samples, outputs)."""
-    features: Array | None
-    """Features of all runs, shape (runs + 1, cycles, features); None if there are none."""
-    feature_names: tuple[str, ...]
-    """Names of the features."""
-    notices: tuple[Notice, ...] = ()
-    """Warnings."""
-    nominal_parameters: Array | None = None
-    """Parameters of the run that is used as the nominal one, shape (parameters,); None at nominal values."""
-    kept: NDArray[np.intp] | None = None
-    """Numbers of the points whose runs these are, without the nominal one; all if None."""
-    failures: tuple[FailedRun, ...] = ()
-    """The runs that failed."""
 
 
 def sampled_feature(feature: Feature, t: Array, values: Array, cycles: int) -> Array:
@@ -182,7 +158,7 @@ class OwnModel:
         midpoint: bool,
         report: Callable[[int, int], None] | None,
         execution: ExecutionOptions,
-    ) -> Returned:
+    ) -> RunTable:
         """The runs at the points and, if asked for, last at the nominal values.
 
         `report` gets the runs done and the runs in all; `execution` says where they are made and what becomes
@@ -216,14 +192,16 @@ class OwnModel:
         failed = {one.index for one in failures}
         kept = np.array([number for number in range(len(given)) if number not in failed], dtype=np.intp)
         remarks = () if store is None else tuple(store.remarks)
-        return Returned(
+        points_kept = kept[: len(kept) - midpoint]
+        return RunTable(
+            parameters=rows[points_kept],
+            kept=points_kept,
             t=table.t,
             outputs=table.chosen,
             values=table.values[kept],
             features=table.features[kept] if table.names else None,
             feature_names=table.names,
             notices=(*failure_notices(failures, len(given)), *(Notice("store", text) for text in remarks)),
-            kept=kept[: len(kept) - midpoint],
             failures=failures,
         )
 

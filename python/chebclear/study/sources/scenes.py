@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import math
 import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...base.progress import Progress
-from ...base.units import unit
 from ...errors import ChebclearWarning, InputError, Problem, SceneError, SettingsError, SimulationError
 from ...execution.batch import Batch, Built, RefusedRunError
 from ...execution.counts import Costs
@@ -36,11 +34,11 @@ from ...execution.pieces import NOT_BEGUN, SCENE, SETTINGS, End
 from ...execution.store import Identity, Store
 from ...run.notices import Notice
 from ...run.settings import Settings
-from ...run.trajectory import Stats
 from ...scene.scene import Interval, Scene
 from ...scene.structure import FlatScene, Structure, Structures, number_at, unpacked
 from ..features.features import FeatureSpec, feature_values, settling_notices
 from ..features.swept import SweptRun
+from .run_table import RunTable
 
 Array = NDArray[np.float64]
 Many = Callable[[Structure, Sequence[float], Mapping[str, Array]], tuple[Array, NDArray[np.bool_]]]
@@ -50,55 +48,6 @@ MOST_NODES = 10_000
 """Nodes or points of one parameter [-]."""
 MOST_RUNS = 1_000_000
 """Runs of a study [-]."""
-
-
-@dataclass(frozen=True)
-class Runs:
-    """Successful runs of a study, the nominal one last if it was requested."""
-
-    t: Array = field(metadata=unit("s"))
-    """Instants [s], shape (samples,)."""
-    outputs: tuple[str, ...]
-    """Names of the outputs."""
-    values: Array
-    """All outputs of all runs in their units, shape (runs + 1, samples, outputs)."""
-    kept: NDArray[np.intp]
-    """Numbers of the points whose runs these are, without the nominal one."""
-    stats: Sequence[Stats]
-    """What each run cost."""
-    notices: tuple[Notice, ...]
-    """What should be checked, each kind once."""
-    settings: Settings | None
-    """Settings of the runs; None if they were not simulated."""
-    features: Array | None
-    """Features of all runs, shape (runs + 1, cycles, features); None if there are none."""
-    feature_names: tuple[str, ...]
-    """Names of the features."""
-    seconds: float = field(default=math.nan, metadata=unit("s"))
-    """Time they took [s]."""
-    nominal_parameters: Array | None = None
-    """Parameters of the run that is used as the nominal one, shape (parameters,); None at nominal values."""
-    scene: Scene | None = None
-    """The scene at the nominal values of all intervals; None if the runs were not simulated."""
-    clearances: dict[str, float] = field(default_factory=dict, metadata=unit("m"))
-    """Largest clearance of each joint in all scenes [m]."""
-    scenes: Sequence[Scene] = ()
-    """The scenes, built again on request, because thousands of scenes would fill the memory."""
-    failures: tuple[FailedRun, ...] = ()
-    """The runs that failed."""
-
-    @property
-    def facts(self) -> dict[str, Any]:
-        """Facts of a `StudyResult` about its runs besides their values."""
-        return {
-            "stats": self.stats,
-            "notices": self.notices,
-            "settings": self.settings,
-            "scene": self.scene,
-            "nominal_parameters": self.nominal_parameters,
-            "seconds": self.seconds,
-            "failures": self.failures,
-        }
 
 
 class Scenes(Sequence[Scene]):
@@ -211,7 +160,7 @@ class SceneRuns:
         points = self._points[: self.count]
         return set_apart(list(self._intervals), points[these], points[~these])
 
-    def run(self, report: Progress | None) -> Runs:
+    def run(self, report: Progress | None) -> RunTable:
         """Simulate."""
         execution = self._execution
         store = None
@@ -356,7 +305,7 @@ class SceneRuns:
                     if self._execution.on_failure == "raise":
                         raise
 
-    def _sorted(self, batch: Batch, remarks: list[str]) -> Runs:
+    def _sorted(self, batch: Batch, remarks: list[str]) -> RunTable:
         """Successful and failed runs."""
         self._require_success(batch)
         features = None
@@ -375,7 +324,8 @@ class SceneRuns:
             tracked = batch.features[kept]
             notices += settling_notices(self._asked, self.settings, self._nominal, tracked)
         assert batch.t is not None, "at least one run succeeded"
-        return Runs(
+        return RunTable(
+            parameters=self._points[kept[: len(kept) - self._midpoint]],
             t=batch.t,
             outputs=self.columns,
             values=values,
