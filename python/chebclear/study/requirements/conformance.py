@@ -34,7 +34,7 @@ _ARRAYS = ("counts", "intervals", "lowest", "highest")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Share(records.ArrayRecord):
-    """The share of mechanisms that keep to a specification.
+    """The share of mechanisms that keep to a specification, with its exact interval `[ClopperPearson1934]`.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class Share(records.ArrayRecord):
     counts : Array
         Runs and those outside, for each of these, shape (values, 2).
     intervals : Array
-        Interval of the share for each of these, of Clopper and Pearson (1934) [-], shape (values, 2).
+        Interval of the share for each of these [-], shape (values, 2).
     lowest, highest : Array
         Extremes of the quantity in each run that counts, NaN if it failed, shape (runs,).
     limits : tuple[float, float]
