@@ -32,7 +32,6 @@ found = cc.allocate(
     study, cost, {"stroke": cc.require("stroke", above="99.9 mm", below="100.1 mm")}, share=0.98, runs=400
 )
 print(found)
-print(f"a limit wider by 1 um to both sides would save {1e-6 * found.saving['stroke']:.3f}")
 
 figure = Figure(figsize=(10, 3.5), layout="constrained")
 left, right = figure.subplots(1, 2)

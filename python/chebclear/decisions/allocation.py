@@ -149,7 +149,14 @@ class Allocation(Named[Tolerance]):
     def __str__(self) -> str:
         table = self.table
         rows = [[str(cell) for cell in row] for row in table.rows]
-        return f"{_WORDS[self.status]}\n{format_table(table.head, rows)}\n{self.verified}"
+        wider = {
+            name: format_quantity(0.01 * self.cost / one, self.verified[name].unit)
+            for name, one in self.saving.items()
+            if one > 0.0
+        }
+        more = [f"{name}: limits wider by {one} save 1 % of the cost" for name, one in wider.items()]
+        text = [_WORDS[self.status], format_table(table.head, rows), str(self.verified), *more]
+        return "\n".join(text)
 
     def _repr_html_(self) -> str:
         return html.fragment(_WORDS[self.status], [self.table, self.verified.table])
