@@ -358,30 +358,24 @@ impl Dynamics<'_> {
             (0.0, at(NEARLY_DEPENDENT))
         };
         let all = Gaps { passes, closed: true, unknown: true, unknown_rates: true, rounded_rates: true };
+        let judge = |all: Gaps, [gap, reach]: [f64; 2], [rate, rounded]: [f64; 2]| Gaps {
+            passes,
+            closed: all.closed && gap <= ROUNDING * reach,
+            unknown: all.unknown && gap <= ONE_ROUNDING * reach,
+            unknown_rates: all.unknown_rates && rate <= rounded + ONE_ROUNDING * reach * here,
+            rounded_rates: all.rounded_rates && rate <= rounded + ROUNDING * reach * left,
+        };
         let closed = self.tree.closures.iter().fold(all, |all, closure| {
             let (a, b) = (self.point(closure.a), self.point(closure.b));
             let (gap, rate) = ((b.position - a.position).amax(), (b.velocity - a.velocity).amax());
             let reach = a.position.amax() + b.position.amax() + size;
             let rounded = ROUNDING * (a.velocity.amax() + b.velocity.amax() + speed);
-            Gaps {
-                passes,
-                closed: all.closed && gap <= ROUNDING * reach,
-                unknown: all.unknown && gap <= ONE_ROUNDING * reach,
-                unknown_rates: all.unknown_rates && rate <= rounded + ONE_ROUNDING * reach * here,
-                rounded_rates: all.rounded_rates && rate <= rounded + ROUNDING * reach * left,
-            }
+            judge(all, [gap, reach], [rate, rounded])
         });
         self.tree.couplings.iter().fold(closed, |all, coupling| {
             let motion = self.coupling_motion(coupling);
             let [reach, of_rate] = motion.reach(coupling, [size, speed, scales.length]);
-            let (gap, rate, rounded) = (motion.gap.abs(), motion.rate.abs(), ROUNDING * of_rate);
-            Gaps {
-                passes,
-                closed: all.closed && gap <= ROUNDING * reach,
-                unknown: all.unknown && gap <= ONE_ROUNDING * reach,
-                unknown_rates: all.unknown_rates && rate <= rounded + ONE_ROUNDING * reach * here,
-                rounded_rates: all.rounded_rates && rate <= rounded + ROUNDING * reach * left,
-            }
+            judge(all, [motion.gap.abs(), reach], [motion.rate.abs(), ROUNDING * of_rate])
         })
     }
 

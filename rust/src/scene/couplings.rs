@@ -180,7 +180,10 @@ impl Coupling {
             }
             CouplingLaw::Ratio(ratio) => Ok(CompiledLaw { ratio: *ratio, ..CompiledLaw::default() }),
             CouplingLaw::Formula(formula) => {
-                formula.check_dimension_in(&self.driver, driver.dimension(), driven.dimension())?;
+                let of_name = |name: &str| (name == self.driver).then(|| driver.dimension());
+                if let Some(message) = formula.wrong_dimension(&of_name, driven.dimension()) {
+                    return Err(message);
+                }
                 let tape = formula.smooth_in(&self.driver, "the law of a coupling")?;
                 Ok(CompiledLaw { law: Some(tape), ..CompiledLaw::default() })
             }

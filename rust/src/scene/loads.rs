@@ -109,22 +109,19 @@ impl Expression {
         Ok(tape)
     }
 
-    /// Checks that the expression has the dimension `wanted` where its variable has the dimension `of_variable`.
-    ///
-    /// # Errors
-    /// The dimension that it has.
-    pub(crate) fn check_dimension_in(
+    /// What is wrong with the units in it, where its names have the dimensions `of_name` and it must have `wanted`.
+    pub(crate) fn wrong_dimension(
         &self,
-        variable: &str,
-        of_variable: Dimension,
+        of_name: &dyn Fn(&str) -> Option<Dimension>,
         wanted: Dimension,
-    ) -> Result<(), String> {
-        match dimension(&self.syntax, &|name| (name == variable).then_some(of_variable)) {
-            Err(message) => Err(format!("{:?} {message}", self.text)),
-            Ok(Some(known)) if known != wanted && known != PLAIN => {
-                Err(format!("{:?} has the unit [{}], must have [{}]", self.text, unit(known), unit(wanted)))
+    ) -> Option<String> {
+        match dimension(&self.syntax, of_name) {
+            Err(message) => Some(format!("{:?} {message}", self.text)),
+            // A number that stands alone, such as the factor 1 before an angle, may have any unit.
+            Ok(Some(known)) if known != wanted && known != PLAIN && self.table.is_none() => {
+                Some(format!("{:?} has the unit [{}], must have [{}]", self.text, unit(known), unit(wanted)))
             }
-            Ok(_) => Ok(()),
+            Ok(_) => None,
         }
     }
 
@@ -185,19 +182,7 @@ impl Expression {
         let of_name = |name: &str| {
             quantities.iter().find(|(other, _)| other == name).map(|(_, quantity)| quantity.dimension())
         };
-        let found = dimension(&self.syntax, &of_name);
-        match found {
-            Err(message) => {
-                problems.push(Problem::new(path, format!("{:?} {message}", self.text)));
-            }
-            // A number that stands alone, such as the factor 1 before an angle, may have any unit.
-            Ok(Some(known)) if known != wanted && known != PLAIN && self.table.is_none() => {
-                let message =
-                    format!("{:?} has the unit [{}], must have [{}]", self.text, unit(known), unit(wanted));
-                problems.push(Problem::new(path, message));
-            }
-            Ok(_) => {}
-        }
+        problems.extend(self.wrong_dimension(&of_name, wanted).map(|message| Problem::new(path, message)));
         problems
     }
 
