@@ -1,8 +1,9 @@
-"""Contact and friction laws of clearance joints."""
+"""Contact laws, friction laws and oil films of clearance joints."""
 
 from .mechanisms import hertz_stiffness
 from .scene.scene import (
     ExactRestitution,
+    FiniteBearing,
     Flores,
     Hertz,
     HuntCrossley,
@@ -10,12 +11,14 @@ from .scene.scene import (
     KelvinVoigt,
     LankaraniNikravesh,
     ModifiedCoulomb,
+    ShortBearing,
     SmoothedCoulomb,
     StickSlip,
 )
 
 __all__ = [
     "ExactRestitution",
+    "FiniteBearing",
     "Flores",
     "Hertz",
     "HuntCrossley",
@@ -23,6 +26,7 @@ __all__ = [
     "KelvinVoigt",
     "LankaraniNikravesh",
     "ModifiedCoulomb",
+    "ShortBearing",
     "SmoothedCoulomb",
     "StickSlip",
     "hertz_stiffness",

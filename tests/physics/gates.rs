@@ -64,6 +64,7 @@ fn journal(mass: f64, clearance: f64, contact: NormalLaw, friction: Option<Frict
             contact,
             friction,
             sliding: SlidingVelocity::Surface,
+            film: None,
             impact_velocity_floor: None,
         }],
         ..Scene::default()

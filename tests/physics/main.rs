@@ -10,6 +10,7 @@ mod expression {
 }
 
 mod contact {
+    mod film;
     mod forces;
 }
 
@@ -29,6 +30,7 @@ mod dynamics {
     pub(crate) mod constraints;
     mod couplings;
     mod expressions;
+    mod films;
     pub(crate) mod guides;
     mod loops;
     mod mechanics;

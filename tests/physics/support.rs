@@ -84,6 +84,7 @@ pub fn slider_crank(as_printed: bool) -> Scene {
                 },
                 friction: Some(paper_friction()),
                 sliding,
+                film: None,
                 impact_velocity_floor: Some(1e-6),
             },
         ],

@@ -9,7 +9,7 @@ from typing import ClassVar, TypeAlias
 from ..base.shown import Shown
 from ..base.units import unit
 from .forces import Bushing, Damper, Force, Gravity, Spring, Torque, TorsionDamper, TorsionSpring
-from .laws import CONTACT_LAWS, FRICTION_LAWS, ContactLaw, FrictionLaw
+from .laws import CONTACT_LAWS, FRICTION_LAWS, ContactLaw, Film, FiniteBearing, FrictionLaw, ShortBearing
 from .motions import BodyStart, ClearanceStart, GuideStart, JointStart, Motion, Speed
 from .schema import Part, Points, Vector
 
@@ -133,6 +133,8 @@ class ClearanceRevolute(Part):
     sliding : {"surface", "contact_point"}
         Sliding velocity in the friction law: of the two material surfaces, or of the geometric contact point
         as in the paper's Eqs. (5) and (6), which omits the rotation of the bodies.
+    film : ShortBearing or FiniteBearing, optional
+        Oil film between the surfaces; a dry joint if not given.
     impact_velocity_floor : float, optional
         Lower bound of the impact velocity in the contact law [m/s]: slower impacts are damped as if at it. If
         not given it is proportional to the velocity tolerance of a run, and changes results no more than the
@@ -151,6 +153,7 @@ class ClearanceRevolute(Part):
     _choices: ClassVar = {
         "contact": CONTACT_LAWS,
         "friction": FRICTION_LAWS,
+        "film": (ShortBearing, FiniteBearing),
     }
 
     name: str
@@ -161,6 +164,7 @@ class ClearanceRevolute(Part):
     contact: ContactLaw
     friction: FrictionLaw | None = None
     sliding: str = "surface"
+    film: Film | None = None
     impact_velocity_floor: float | None = field(default=None, metadata=unit("m/s"))
 
 

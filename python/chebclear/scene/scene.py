@@ -46,6 +46,7 @@ from .functions import (
 from .laws import (
     ContactLaw as ContactLaw,
     ExactRestitution as ExactRestitution,
+    FiniteBearing as FiniteBearing,
     Flores as Flores,
     FrictionLaw as FrictionLaw,
     Hertz as Hertz,
@@ -54,6 +55,7 @@ from .laws import (
     KelvinVoigt as KelvinVoigt,
     LankaraniNikravesh as LankaraniNikravesh,
     ModifiedCoulomb as ModifiedCoulomb,
+    ShortBearing as ShortBearing,
     SmoothedCoulomb as SmoothedCoulomb,
     StickSlip as StickSlip,
 )

@@ -1,6 +1,7 @@
-//! Contact of journal and bearing: geometry, normal-force laws, friction laws, with exact
-//! derivatives. In: relative motion of the two surfaces; out: forces. Uses `numerics`.
+//! Two surfaces that may touch, a journal in a bearing or a corner at a face: geometry, normal-force laws, friction laws,
+//! oil films, with exact derivatives. In: relative motion of the two surfaces; out: forces. Uses `numerics`.
 
+pub mod film;
 pub mod friction;
 pub mod normal;
 pub mod pair;

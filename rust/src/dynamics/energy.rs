@@ -195,13 +195,14 @@ impl Dynamics<'_> {
             let (force, moment) = self.bushing_force(bushing);
             force.dot(&(b - a)) - moment * self.states[bushing.points[0].frame].angular_velocity
         });
+        let films = tree.films.iter().map(|film| -self.film_loss(film));
         let closures = tree.closures.iter().enumerate().map(|(index, closure)| {
             self.closure_force(index).dot(&(self.point(closure.b).velocity - self.point(closure.a).velocity))
         });
         inertial.sum::<f64>()
             - contacts.sum::<f64>()
             - links.chain(torsions).sum::<f64>()
-            - bushings.sum::<f64>()
+            - bushings.chain(films).sum::<f64>()
             - closures.sum::<f64>()
             - self.coupling_power()
     }
@@ -212,7 +213,7 @@ impl Dynamics<'_> {
         self.drive_effort(index) * driven.sign * self.coordinates[driven.column].velocity
     }
 
-    /// Power dissipated in the dampers [W].
+    /// Power dissipated in dampers and oil films [W].
     pub fn damping_loss(&self) -> f64 {
         let links: f64 =
             self.tree.links.iter().map(|link| link.damping * self.link_motion(link)[1].powi(2)).sum();
@@ -224,6 +225,7 @@ impl Dynamics<'_> {
             .sum();
         let bushings = self.tree.bushings.iter();
         let bushings = bushings.map(|bushing| bushing.damping * self.bushing_deflection(bushing).1);
-        links + torsions + bushings.sum::<f64>()
+        let films = self.tree.films.iter().map(|film| self.film_loss(film));
+        links + torsions + bushings.chain(films).sum::<f64>()
     }
 }

@@ -59,6 +59,7 @@ impl Dynamics<'_> {
             let (force, moment) = self.bushing_force(bushing);
             self.add_pair(bushing.points, [a.position, b.position], force, [moment, 0.0], forces);
         }
+        self.add_films(forces);
         for pull in &tree.pulls {
             let link = &tree.links[pull.link];
             let [a, b] = link.points.map(|point| self.point(point));
@@ -193,6 +194,7 @@ impl Dynamics<'_> {
             let [x, y, moment] = force;
             self.add_pair_derivatives(bushing.points, [[1.0, 0.0]], [x, y], [moment]);
         }
+        self.add_film_derivatives();
         for pull in &tree.pulls {
             self.add_pull_derivatives(pull);
         }

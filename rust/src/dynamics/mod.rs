@@ -15,6 +15,7 @@
 mod contacts;
 mod couplings;
 mod energy;
+mod films;
 mod forces;
 mod inertia;
 mod linearization;

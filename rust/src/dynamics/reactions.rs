@@ -6,6 +6,7 @@
 
 use super::Dynamics;
 use super::contacts::PairForce;
+use crate::contact::film::FilmForce;
 use crate::contact::pair::Phase;
 use crate::tree::elements::Realization;
 use crate::tree::kinematics::Vec2;
@@ -87,6 +88,13 @@ impl Dynamics<'_> {
             let [first, second] = bushing.bodies;
             supply(first, Wrench::at(a, -force, -moment));
             supply(second, Wrench::at(b, force, 0.0));
+        }
+        for film in &tree.films {
+            let FilmForce { force, torques: [on_journal, on_bearing] } = self.film_force(film);
+            let [a, b] = film.points.map(|point| self.point(point).position);
+            let ([bearing, journal], force) = (film.bodies, Vec2::from(force));
+            supply(bearing, Wrench::at(a, -force, on_bearing));
+            supply(journal, Wrench::at(b, force, on_journal));
         }
         for pull in &tree.pulls {
             let (link, force) = (&tree.links[pull.link], self.pull_force(pull));

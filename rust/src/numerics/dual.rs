@@ -33,6 +33,15 @@ pub trait Scalar:
     fn cos(self) -> Self;
     /// Hyperbolic tangent.
     fn tanh(self) -> Self;
+    /// Angle of the vector with this number as its second component and `x` as its first.
+    fn atan2(self, x: Self) -> Self {
+        let angle = self.value().atan2(x.value());
+        // Angles differ from the arc tangent of either ratio by a constant.
+        let ratio = if x.value().abs() >= self.value().abs() { self / x } else { -(x / self) };
+        let r = ratio.value();
+        let slope = 1.0 / (1.0 + r * r);
+        ratio.compose([angle, slope, -2.0 * r * slope * slope, (6.0 * r * r - 2.0) * slope * slope * slope])
+    }
 }
 
 impl Scalar for f64 {

@@ -1,5 +1,6 @@
 //! The named columns of a trajectory.
 
+use crate::contact::film::FilmForce;
 use crate::contact::pair::Phase;
 use crate::contact::pair::Surfaces;
 use crate::dynamics::{Dynamics, SlotContact, Wrench};
@@ -7,7 +8,7 @@ use crate::error::{InputError, Problem, Subject, meant_or_known};
 use crate::mechanism::compiled::Mechanism;
 use crate::run::work::Work;
 use crate::scene::parts::ENERGY as ENERGY_OUTPUT;
-use crate::tree::elements::{Guide, IdealKind, Realization};
+use crate::tree::elements::{Film, Guide, IdealKind, Realization};
 use crate::tree::kinematics::{PointState, Vec2};
 
 /// Quantities of a body; x and y are those of its center of mass.
@@ -45,6 +46,9 @@ const REACTION: [&str; 3] = ["reaction_x", "reaction_y", "reaction_torque"];
 const LINK: [&str; 3] = ["length", "lengthening", "force"];
 /// Quantities of a bushing; the force is that on the second body.
 const BUSHING: [&str; 3] = ["deflection", "force_x", "force_y"];
+/// Quantities of an oil film; force and torque are those on the journal.
+const FILM: [&str; 6] =
+    ["eccentricity_ratio", "film_force_x", "film_force_y", "film_torque", "film_thickness", "film_loss"];
 /// Quantities of a torsion spring or damper; the torque is that on the second body.
 const TORSION: [&str; 2] = ["angle", "torque"];
 /// What a coupling exerts on an angle or on a displacement: on the driven one, on the driver.
@@ -85,6 +89,8 @@ pub enum Column {
     Link(usize, usize),
     /// Quantity of a bushing.
     Bushing(usize, usize),
+    /// Quantity of an oil film.
+    Film(usize, usize),
     /// Quantity of a torsion spring or damper.
     Torsion(usize, usize),
     /// Torque or force of a coupling.
@@ -175,6 +181,9 @@ fn further_columns(mechanism: &Mechanism) -> Vec<Named> {
     for (index, bushing) in mechanism.bushings.iter().enumerate() {
         columns.extend(named(&bushing.name, &BUSHING, |k| Column::Bushing(index, k)));
     }
+    for (index, film) in mechanism.films.iter().enumerate() {
+        columns.extend(named(&film.name, &FILM, |k| Column::Film(index, k)));
+    }
     for (index, torsion) in mechanism.torsions.iter().enumerate() {
         columns.extend(named(&torsion.name, &TORSION, |k| Column::Torsion(index, k)));
     }
@@ -242,7 +251,7 @@ impl Needs {
                 }
                 Column::Joint(..) => needs.contacts = true,
                 Column::Guide(_, quantity) => needs.contacts |= (3..6).contains(quantity),
-                Column::Link(..) | Column::Bushing(..) | Column::Torsion(..) => {}
+                Column::Link(..) | Column::Bushing(..) | Column::Film(..) | Column::Torsion(..) => {}
             }
         }
         needs.acceleration |= needs.reactions;
@@ -285,6 +294,7 @@ impl Column {
                 let (force, _) = dynamics.bushing_force(bushing);
                 [dynamics.bushing_deflection(bushing).0, force.x, force.y][quantity]
             }
+            Column::Film(index, quantity) => film_value(dynamics, &tree.films[index], quantity),
             Column::Torsion(index, quantity) => {
                 let torsion = &tree.torsions[index];
                 [relative_rotation(dynamics, torsion.bodies, 0), dynamics.torsion_torque(torsion)][quantity]
@@ -295,6 +305,18 @@ impl Column {
                 [loss.impact, loss.friction, loss.wear][quantity]
             }
             Column::Energy(quantity) => energy_value(dynamics, work, quantity),
+        }
+    }
+}
+
+fn film_value(dynamics: &Dynamics, film: &Film, quantity: usize) -> f64 {
+    match quantity {
+        0 => dynamics.film_eccentricity(film) / film.clearance,
+        4 => film.clearance - dynamics.film_eccentricity(film),
+        5 => dynamics.film_loss(film),
+        _ => {
+            let FilmForce { force: [x, y], torques: [torque, _] } = dynamics.film_force(film);
+            [x, y, torque][quantity - 1]
         }
     }
 }

@@ -137,6 +137,7 @@ impl Scene {
                 contact,
                 friction,
                 sliding,
+                film,
                 impact_velocity_floor,
                 ..
             } => {
@@ -153,6 +154,9 @@ impl Scene {
                              moves on while they roll",
                         );
                     }
+                }
+                if let Some(lubricant) = film {
+                    checker.lubricant(&format!("{path}.film"), lubricant, *journal_radius);
                 }
                 if let Some(floor) = impact_velocity_floor {
                     checker.positive(&format!("{path}.impact_velocity_floor"), "m/s", *floor);

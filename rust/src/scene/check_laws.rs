@@ -1,5 +1,6 @@
 //! Checks of the laws of contact and friction, of guides with play, slots with pins and stops, and of how these start.
 
+use crate::contact::film::{FINITE_WIDTHS, Lubricant};
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::{Damping, NormalLaw};
 use crate::contact::sticking::StickSlip;
@@ -28,6 +29,34 @@ impl Checker {
             Damping::HuntCrossley { hysteresis_factor } => {
                 self.at_least(&format!("{path}.hysteresis_factor"), "s/m", hysteresis_factor, 0.0);
             }
+        }
+    }
+
+    pub(super) fn lubricant(&mut self, path: &str, lubricant: &Lubricant, journal_radius: f64) {
+        let Lubricant { viscosity, length, roughness, has_finite_width } = *lubricant;
+        self.positive(&format!("{path}.viscosity"), "Pa s", viscosity);
+        self.positive(&format!("{path}.roughness"), "m", roughness);
+        let path = format!("{path}.length");
+        self.positive(&path, "m", length);
+        let [narrow, wide] = FINITE_WIDTHS;
+        let ratio = length / (2.0 * journal_radius);
+        if ratio > wide {
+            self.add(
+                path,
+                format!(
+                    "must be at most the diameter, {} [m]: the film is that of a short bearing, got {length}",
+                    2.0 * journal_radius
+                ),
+            );
+        } else if has_finite_width && ratio > 0.0 && ratio < narrow {
+            self.add(
+                path,
+                format!(
+                    "must be at least {narrow} of the diameter, {} [m], for a finite bearing, got {length}: \
+                     a short bearing holds below",
+                    2.0 * narrow * journal_radius
+                ),
+            );
         }
     }
 

@@ -4,6 +4,7 @@
 //! at once; whether the parts form a mechanism that can be assembled is found out when
 //! it is compiled, in [`crate::mechanism::compiled`].
 
+use crate::contact::film::Lubricant;
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::NormalLaw;
 use crate::contact::pair::SlidingVelocity;
@@ -162,6 +163,8 @@ pub enum Joint {
         friction: Option<FrictionLaw>,
         /// Convention of the sliding velocity.
         sliding: SlidingVelocity,
+        /// Lubricant between the surfaces, if any.
+        film: Option<Lubricant>,
         /// Lower bound of the impact velocity in the damping [m/s]; `None`: chosen from the tolerance.
         impact_velocity_floor: Option<f64>,
     },

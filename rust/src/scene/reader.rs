@@ -5,6 +5,7 @@
 
 use serde_json::Value;
 
+use crate::contact::film::Lubricant;
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::{Damping, NormalLaw};
 use crate::contact::pair::SlidingVelocity;
@@ -148,6 +149,7 @@ fn joint(node: Node, problems: &mut Problems) -> Joint {
                 .map_or(UNREADABLE_LAW, |node| normal_law(node, problems)),
             friction: fields.optional("friction").map(|node| friction_law(node, problems)),
             sliding: fields.word("sliding", &conventions, problems),
+            film: fields.optional("film").map(|node| lubricant(node, problems)),
             impact_velocity_floor: fields.optional_number("impact_velocity_floor", problems),
         }
     } else if let JointType::Guide | JointType::Pin | JointType::Stop = kind {
@@ -292,6 +294,19 @@ fn friction_law(node: Node, problems: &mut Problems) -> FrictionLaw {
     };
     fields.finish(problems);
     law
+}
+
+fn lubricant(node: Node, problems: &mut Problems) -> Lubricant {
+    let mut fields = node.fields(problems);
+    let laws = [("short_bearing", false), ("finite_bearing", true)];
+    let lubricant = Lubricant {
+        has_finite_width: fields.tag("law", &laws, problems),
+        viscosity: fields.number("viscosity", problems),
+        length: fields.number("length", problems),
+        roughness: fields.number("roughness", problems),
+    };
+    fields.finish(problems);
+    lubricant
 }
 
 #[derive(Clone, Copy, PartialEq)]

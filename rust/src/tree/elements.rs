@@ -7,6 +7,7 @@
 
 use std::ops::Range;
 
+use crate::contact::film::FilmLaw;
 use crate::contact::pair::ContactLaw;
 use crate::numerics::dual::Scalar;
 use crate::numerics::instant::Instant;
@@ -269,6 +270,21 @@ pub struct Bushing {
     pub damping: f64,
 }
 
+/// The oil film of a clearance joint.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Film {
+    /// Name of the joint.
+    pub name: String,
+    /// Centers of the bearing and of the journal.
+    pub points: [FramePoint; 2],
+    /// Indices of the bodies that carry them; `None` is ground.
+    pub bodies: [Option<usize>; 2],
+    /// Its force.
+    pub law: FilmLaw,
+    /// Radial clearance [m].
+    pub clearance: f64,
+}
+
 /// A further tension of a spring or damper.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pull {
@@ -398,6 +414,8 @@ pub struct Tree {
     pub links: Vec<Link>,
     /// Radial springs and dampers.
     pub bushings: Vec<Bushing>,
+    /// Oil films.
+    pub films: Vec<Film>,
     /// Further tensions of springs and dampers.
     pub pulls: Vec<Pull>,
     /// Springs and dampers between bodies.
@@ -434,11 +452,12 @@ impl Tree {
         !(self.closures.is_empty() && self.couplings.is_empty())
     }
 
-    /// Whether a spring, a damper or an applied force or torque acts.
+    /// Whether a spring, a damper, an oil film or an applied force or torque acts.
     pub fn has_forces(&self) -> bool {
-        let Self { links, bushings, torsions, applied_forces, applied_torques, .. } = self;
+        let Self { links, bushings, films, torsions, applied_forces, applied_torques, .. } = self;
         !(links.is_empty()
             && bushings.is_empty()
+            && films.is_empty()
             && torsions.is_empty()
             && applied_forces.is_empty()
             && applied_torques.is_empty())

@@ -1,12 +1,13 @@
 //! The flat lists of a spanning tree: everything a run needs of the scene, relative to frames instead of
 //! bodies.
 
+use crate::contact::film::FilmLaw;
 use crate::scene::loads::Load as SceneLoad;
 use crate::scene::parts::{Attachment, Force, ForceFrame, Joint, JointKind, length_scale};
 use crate::scene::quantities::Quantity;
 use crate::tree::elements::{
-    AppliedForce, AppliedTorque, BodyPlacement, Bushing, Closure, DrivenCoordinate, FrameInertia, IdealJoint,
-    IdealKind, Link, Path, Pull, Realization, Torsion, Tree,
+    AppliedForce, AppliedTorque, BodyPlacement, Bushing, Closure, DrivenCoordinate, Film, FrameInertia,
+    IdealJoint, IdealKind, Link, Path, Pull, Realization, Torsion, Tree,
 };
 use crate::tree::kinematics::{Frame, Vec2};
 use crate::tree::loads::{Load, MotionLoad, Variable};
@@ -56,6 +57,7 @@ impl Builder<'_> {
             tree_joints,
             links: Vec::new(),
             bushings: Vec::new(),
+            films: Vec::new(),
             pulls: Vec::new(),
             torsions: Vec::new(),
             applied_forces: Vec::new(),
@@ -64,6 +66,7 @@ impl Builder<'_> {
             gravity: Vec2::zeros(),
         };
         self.add_slots(&mut tree);
+        self.add_films(&mut tree);
         self.add_forces(&mut tree);
         tree.frames = self.frames;
         tree.coordinate_names = self.coordinate_names;
@@ -166,6 +169,24 @@ impl Builder<'_> {
             damping: *damping,
             indistinct: if directed { ROUNDING * length_scale(self.scene) } else { 0.0 },
         });
+    }
+
+    /// Adds the oil films of clearance joints.
+    fn add_films(&self, tree: &mut Tree) {
+        for joint in &self.scene.joints {
+            let Joint::Clearance { name, journal_radius, clearance, film: Some(lubricant), .. } = joint
+            else {
+                continue;
+            };
+            let ends = self.ends(joint);
+            tree.films.push(Film {
+                name: name.clone(),
+                points: ends.map(|end| self.place(end)),
+                bodies: ends.map(|end| end.body),
+                law: FilmLaw::new(lubricant, *journal_radius, *clearance),
+                clearance: *clearance,
+            });
+        }
     }
 
     fn add_forces(&self, tree: &mut Tree) {

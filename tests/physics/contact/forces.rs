@@ -280,6 +280,7 @@ fn pair(free_bearing: bool, sliding: SlidingVelocity) -> Scene {
             contact: NormalLaw { stiffness: 1e4, exponent: 1.5, damping: Damping::Elastic },
             friction: Some(COULOMB),
             sliding,
+            film: None,
             impact_velocity_floor: None,
         }],
         ..Scene::default()

@@ -345,6 +345,7 @@ impl<'a> Builder<'a> {
             } else {
                 SlidingVelocity::ContactPoint
             },
+            film: None,
             impact_velocity_floor: None,
         });
     }

@@ -123,6 +123,7 @@ fn six_bar(crank_angle: f64, prescribed: f64) -> Scene {
                 },
                 friction: None,
                 sliding: SlidingVelocity::Surface,
+                film: None,
                 impact_velocity_floor: None,
             },
         ],

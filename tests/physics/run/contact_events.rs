@@ -25,6 +25,7 @@ fn clearance_joint(name: &str, bearing: &str, journal: &str, clearance: f64, dam
         contact: NormalLaw { stiffness: STIFFNESS, exponent: 1.5, damping },
         friction: None,
         sliding: SlidingVelocity::Surface,
+        film: None,
         impact_velocity_floor: Some(1e-3),
     }
 }

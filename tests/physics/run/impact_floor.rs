@@ -34,6 +34,7 @@ fn shaft(damping: Damping, impact_velocity_floor: Option<f64>) -> Scene {
             contact: NormalLaw { stiffness: STIFFNESS, exponent: 1.5, damping },
             friction: None,
             sliding: SlidingVelocity::Surface,
+            film: None,
             impact_velocity_floor,
         }],
         forces: vec![Force::Gravity { acceleration: [0.0, -GRAVITY] }],

@@ -35,6 +35,7 @@ fn clearance_joint(bearing: &str, contact: NormalLaw, friction: Option<FrictionL
         contact,
         friction,
         sliding: SlidingVelocity::Surface,
+        film: None,
         impact_velocity_floor: None,
     }
 }

@@ -253,6 +253,7 @@ fn mixed() -> Scene {
         contact: NormalLaw { stiffness: 1e9, exponent: 1.5, damping: Damping::Elastic },
         friction: None,
         sliding: chebclear::contact::pair::SlidingVelocity::Surface,
+        film: None,
         impact_velocity_floor: None,
     });
     scene
