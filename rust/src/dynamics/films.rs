@@ -3,7 +3,7 @@
 use super::Dynamics;
 use crate::contact::film::FilmForce;
 use crate::numerics::dual::Dual;
-use crate::tree::elements::Film;
+use crate::tree::forces::Film;
 use crate::tree::kinematics::{PointState, Vec2};
 
 impl Dynamics<'_> {

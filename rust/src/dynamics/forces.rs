@@ -2,7 +2,7 @@
 
 use super::Dynamics;
 use crate::numerics::dual::{Dual, Scalar};
-use crate::tree::elements::{AppliedForce, Bushing, Link, Pull, Torsion};
+use crate::tree::forces::{AppliedForce, Bushing, Link, Pull, Torsion};
 use crate::tree::kinematics::{Vec2, perp, rotated};
 use crate::tree::loads::Load;
 

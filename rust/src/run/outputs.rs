@@ -8,7 +8,8 @@ use crate::error::{InputError, Problem, Subject, meant_or_known};
 use crate::mechanism::compiled::Mechanism;
 use crate::run::work::Work;
 use crate::scene::parts::ENERGY as ENERGY_OUTPUT;
-use crate::tree::elements::{Film, Guide, IdealKind, Realization};
+use crate::tree::elements::{Guide, IdealKind, Realization};
+use crate::tree::forces::Film;
 use crate::tree::kinematics::{PointState, Vec2};
 
 /// Quantities of a body; x and y are those of its center of mass.

@@ -6,9 +6,9 @@ use crate::scene::loads::Load as SceneLoad;
 use crate::scene::parts::{Attachment, Force, ForceFrame, Joint, JointKind, length_scale};
 use crate::scene::quantities::Quantity;
 use crate::tree::elements::{
-    AppliedForce, AppliedTorque, BodyPlacement, Bushing, Closure, DrivenCoordinate, Film, FrameInertia,
-    IdealJoint, IdealKind, Link, Path, Pull, Realization, Torsion, Tree,
+    BodyPlacement, Closure, DrivenCoordinate, FrameInertia, IdealJoint, IdealKind, Path, Realization, Tree,
 };
+use crate::tree::forces::{AppliedForce, AppliedTorque, Bushing, Film, Link, Pull, Torsion};
 use crate::tree::kinematics::{Frame, Vec2};
 use crate::tree::loads::{Load, MotionLoad, Variable};
 use crate::tree::span::{Builder, Placement};

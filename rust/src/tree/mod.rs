@@ -4,6 +4,7 @@
 
 mod couplings;
 pub mod elements;
+pub mod forces;
 pub mod kinematics;
 mod lists;
 pub mod loads;

@@ -4,7 +4,8 @@ use chebclear::contact::film::{FilmLaw, Lubricant};
 use chebclear::contact::pair::Phase;
 use chebclear::dynamics::Dynamics;
 use chebclear::mechanism::compiled::Mechanism;
-use chebclear::tree::elements::{Film, FramePoint};
+use chebclear::tree::elements::FramePoint;
+use chebclear::tree::forces::Film;
 use nalgebra::Vector2;
 
 use crate::dynamics::guides::{check_balances, compare_with_differences};
