@@ -20,7 +20,6 @@ class OfSamples:
     """Base of features of the samples of one output: callables of a run, as `Study` takes them."""
 
     of: str
-    """Name of the output."""
 
     def __post_init__(self) -> None:
         checks = Checks()
