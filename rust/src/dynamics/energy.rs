@@ -85,6 +85,34 @@ impl Dynamics<'_> {
         0.5 * force * force / traction.stiffness
     }
 
+    /// The part of that energy which a contact carries along while it slides [J]. It is a function of the state, so that
+    /// its change needs no quadrature: losses are the integral of [`Dynamics::contact_loss`] less this energy.
+    pub fn carried_energy(&self, index: usize) -> f64 {
+        match self.phases[index] {
+            Phase::Contact { traction: Some(traction), .. } if !traction.sticks() => {
+                self.spring_energy(&self.tree.slots[index], self.phases[index])
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// Its rate [W], after [`Dynamics::find_contacts`] and [`Dynamics::accelerate`].
+    pub fn carried_power(&self, index: usize) -> f64 {
+        match self.phases[index] {
+            Phase::Contact { traction: Some(traction), clipped: false, .. } if !traction.sticks() => {
+                let state = &self.contacts[index].state;
+                let slider = self.slider_velocity(&self.tree.slots[index], self.phases[index], &traction);
+                state.friction_force * (slider - state.sliding_velocity)
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// The same of all contacts together [J].
+    pub fn carried_energies(&self) -> f64 {
+        (0..self.phases.len()).map(|index| self.carried_energy(index)).sum()
+    }
+
     /// Elastic energy of all contacts [J], after [`Dynamics::find_contacts`].
     pub fn contact_energies(&self) -> f64 {
         (0..self.phases.len()).map(|index| self.contact_energy(index)).sum()
@@ -95,8 +123,7 @@ impl Dynamics<'_> {
         self.kinetic_energy() + self.potential_energy() + self.contact_energies()
     }
 
-    /// Power dissipated in a contact, after [`Dynamics::find_contacts`] and, where it may stick,
-    /// [`Dynamics::accelerate`].
+    /// Power dissipated in a contact, after [`Dynamics::find_contacts`].
     pub fn contact_loss(&self, index: usize) -> ContactLoss {
         if self.phases[index] == Phase::Free {
             return ContactLoss::default();
@@ -120,21 +147,19 @@ impl Dynamics<'_> {
         }
     }
 
-    /// The power dissipated in a contact that may stick, by its damper or its slider, beside that of the impact [W]. The
-    /// spring stores the rest of the power of friction.
+    /// The power dissipated in a contact that may stick, beside that of the impact [W]. While it slides this is the power of
+    /// friction, with what the spring carries along: see [`Dynamics::carried_energy`].
     fn stick_slip_loss(&self, index: usize, traction: &Traction, impact: f64) -> ContactLoss {
         let SlotContact { motion, state } = &self.contacts[index];
-        let slot = &self.tree.slots[index];
         if traction.sticks() {
-            let spring = slot.law.spring_force(traction, motion, state.friction_force);
+            let spring = self.tree.slots[index].law.spring_force(traction, motion, state.friction_force);
             let friction = (spring - state.friction_force) * state.sliding_velocity;
             return ContactLoss { impact, friction, wear: 0.0 };
         }
-        let slider = self.slider_velocity(slot, self.phases[index], traction);
         ContactLoss {
             impact,
-            friction: -state.friction_force * slider,
-            wear: state.normal_force.max(0.0) * slider.abs(),
+            friction: -state.friction_force * state.sliding_velocity,
+            wear: state.normal_force.max(0.0) * state.sliding_velocity.abs(),
         }
     }
 

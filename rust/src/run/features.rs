@@ -84,7 +84,7 @@ impl Quantity {
             Quantity::WearRate(joint) => dynamics.contact_loss(joint).wear,
             Quantity::LossRate(joint) => {
                 let loss = dynamics.contact_loss(joint);
-                loss.impact + loss.friction
+                loss.impact + loss.friction - dynamics.carried_power(joint)
             }
         }
     }

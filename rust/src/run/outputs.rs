@@ -303,7 +303,7 @@ impl Column {
             Column::Coupling(index, quantity) => dynamics.coupling_efforts(index)[quantity],
             Column::Loss(index, quantity) => {
                 let loss = work.contacts[index];
-                [loss.impact, loss.friction, loss.wear][quantity]
+                [loss.impact, loss.friction - dynamics.carried_energy(index), loss.wear][quantity]
             }
             Column::Energy(quantity) => energy_value(dynamics, work, quantity),
         }
@@ -394,9 +394,12 @@ fn energy_value(dynamics: &Dynamics, work: &Work, quantity: usize) -> f64 {
         3 => dynamics.total_energy(),
         4 => work.input,
         5 => work.contacts.iter().map(|loss| loss.impact).sum(),
-        6 => work.contacts.iter().map(|loss| loss.friction).sum(),
+        6 => work.contacts.iter().map(|loss| loss.friction).sum::<f64>() - dynamics.carried_energies(),
         7 => work.damping,
-        _ => dynamics.total_energy() - work.start_energy - work.input + work.losses(),
+        _ => {
+            dynamics.total_energy() - work.start_energy - work.input + work.losses()
+                - dynamics.carried_energies()
+        }
     }
 }
 

@@ -282,10 +282,11 @@ impl<'a> System<'a> {
         }
     }
 
-    /// Energy of the tangential spring of a slot in the present state [J].
+    /// Energy of the tangential spring of a slot that sticks in the present state [J].
     fn spring_energy(&self, index: usize) -> f64 {
         let dynamics = &self.motion.dynamics;
-        dynamics.spring_energy(&self.motion.mechanism.slots[index], dynamics.phases[index])
+        let energy = dynamics.spring_energy(&self.motion.mechanism.slots[index], dynamics.phases[index]);
+        energy - dynamics.carried_energy(index)
     }
 
     /// Counts as friction what the tangential spring of a slot lost in a change of phase, with the energy that it `stored`

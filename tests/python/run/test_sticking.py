@@ -1,6 +1,7 @@
 """Friction that sticks: closed forms, an independent integration, what is kept exactly."""
 
 import dataclasses
+import itertools
 import math
 
 import chebclear as cc
@@ -208,6 +209,28 @@ def test_a_free_pair_keeps_its_momenta_and_energy():
     assert np.ptp(momentum) < 1e-8 * abs(momentum[0])
     assert np.abs(run["energy.balance"]).max() < 1e-6 * run["energy.total"][0]
     assert np.diff(run["energy.friction_loss"]).min() >= -1e-12 * run["energy.total"][0]
+
+
+@pytest.mark.parametrize("method", ["auto", "dop853", "rodas5p"])
+def test_energies_close_where_friction_falls_within_a_step(method):
+    """What the spring carries along falls to a quarter over a thousandth of the speeds of the mechanism."""
+    friction = cc.laws.StickSlip(0.7, 0.35, 1e-5)
+    outputs = ["energy.balance", "energy.kinetic", "energy.friction_loss"]
+    scene = cc.mechanisms.quick_return(friction=friction)
+    run = cc.simulate(scene, duration=0.02, samples=51, method=method, outputs=outputs)
+    assert {"stick", "slip"} <= set(run.events.kind)
+    size = run["energy.kinetic"].max()
+    assert np.abs(run["energy.balance"]).max() < 1e-4 * size
+    assert np.diff(run["energy.friction_loss"]).min() >= -1e-6 * size
+
+
+def test_a_contact_that_begins_at_speed_slides_from_its_onset_on():
+    """The rod turns about its journal: the velocities of both surfaces tell the direction."""
+    scene = cc.mechanisms.four_bar(friction=cc.laws.StickSlip(0.75, 0.75, 0.0))
+    run = cc.simulate(scene, duration=0.02, samples=2)
+    kinds = list(run.events.kind)
+    after = [second for first, second in itertools.pairwise(kinds) if first == "onset"]
+    assert run.status == "done" and len(after) > 10 and "slip" not in after
 
 
 def test_sticking_and_sliding_take_turns_in_the_log_and_in_the_output():

@@ -113,6 +113,7 @@ pub(crate) fn new_traction(motion: &mut Motion, index: usize, penetration: f64) 
 pub(crate) fn begin_friction(motion: &mut Motion, tolerances: &Tolerances, index: usize) {
     let slot = &motion.mechanism.slots[index];
     let Some(traction) = loaded(motion.dynamics.phases[index]) else { return };
+    set_traction(motion, index, Traction { direction: 1.0, ..traction });
     let sliding = motion.dynamics.contact_of(slot, motion.dynamics.phases[index]).state.sliding_velocity;
     let direction = sliding.signum();
     set_traction(motion, index, Traction { direction, ..traction });

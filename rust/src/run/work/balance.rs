@@ -357,7 +357,8 @@ impl Account {
         let stored = Stored {
             kinetic: motion.dynamics.kinetic_energy(),
             potential: motion.dynamics.potential_energy(),
-            contact: motion.dynamics.contact_energies(),
+            // The losses include what a contact carries along.
+            contact: motion.dynamics.contact_energies() - motion.dynamics.carried_energies(),
         };
         Self::beside(stored, motion)
     }

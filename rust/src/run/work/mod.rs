@@ -29,7 +29,7 @@ pub struct Work {
     pub input: f64,
     /// Energy dissipated in the dampers [J].
     pub damping: f64,
-    /// Losses of every clearance joint; wear is ∫ F_N |v_T| dt [N m], which Archard's law multiplies
+    /// Losses of every clearance joint, that of friction with the energy that a contact carries along; wear is ∫ F_N |v_T| dt [N m], which Archard's law multiplies
     /// by its coefficient.
     pub contacts: Vec<ContactLoss>,
 }
@@ -50,6 +50,9 @@ impl Work {
     pub fn begin(&mut self, dynamics: &mut Dynamics) {
         dynamics.find_contacts();
         self.start_energy = dynamics.total_energy();
+        for (index, sum) in self.contacts.iter_mut().enumerate() {
+            sum.friction = dynamics.carried_energy(index);
+        }
     }
 
     /// Energy dissipated in contacts and dampers [J].
