@@ -88,7 +88,9 @@ def bibliography() -> str:
         _, title, rest = told.split("*", 2) if told.startswith("*") else ("", *told.split(". ", 1))
         fields = {"author": who.replace(", ", " and "), "title": f"{{{title}}}"}
         fields["howpublished"] = rest.replace("*", "").strip(" .,")
-        fields["year"] = "".join(re.findall(r"\d{4}$", key))
+        fields["year"] = year = "".join(re.findall(r"\d{4}$", key))
+        for before, after in ((f" ({year}) ", ": "), (f" ({year})", ""), (f" {year}", "")) if year else ():
+            fields["howpublished"] = fields["howpublished"].replace(before, after, 1)
         inner = ", ".join(f"{name} = {{{value}}}" for name, value in fields.items() if value)
         entries.append(f"@misc{{{key}, {inner}}}")
     return "\n".join(entries)
