@@ -233,6 +233,23 @@ def test_a_contact_that_begins_at_speed_slides_from_its_onset_on():
     assert run.status == "done" and len(after) > 10 and "slip" not in after
 
 
+def test_surfaces_that_a_drive_presses_and_moves_stick_where_it_turns_back():
+    """No force moves them, so they have no effective mass; the spring still has Mindlin's stiffness."""
+    stop = cc.Stop(
+        "stop", "ground.F", "block", (0.0, 1.0), cc.laws.Hertz(1e9), cc.laws.StickSlip(0.3, 0.2, 1e-3)
+    )
+    scene = cc.Scene(
+        [cc.Body("block", 1.0, 1e-3), cc.Body("bob", 1.0, 1e-3, points={"A": (-0.1, 0.0)})],
+        [cc.Prismatic("slide", "ground", "block", (1.0, -0.2)), cc.Revolute("pin", "ground", "bob.A"), stop],
+        drives=[cc.motions.Motion("drive", "slide", cc.motions.Harmonic(0.02, 20.0))],
+        ground={"F": (0.0, -5e-4)},
+    )
+    run = cc.simulate(scene, duration=0.3, samples=301, outputs=["stop.*"])
+    kinds = [event.kind for event in run.events]
+    assert kinds[:4] == ["onset", "stick", "slip", "separation"]
+    assert np.all(np.abs(run["stop.friction_force"]) <= 0.3 * run["stop.normal_force"] * (1 + 1e-9))
+
+
 def test_sticking_and_sliding_take_turns_in_the_log_and_in_the_output():
     friction = cc.laws.StickSlip(0.2, 0.1, 1e-2)
     scene = cc.mechanisms.slider_crank(friction=friction)

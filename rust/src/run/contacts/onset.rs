@@ -42,7 +42,7 @@ pub(crate) fn onset(
     let floor = tolerances.impact_velocity_floor(mechanism, index);
     let latch = law.latch(impact_velocity.max(floor));
     let scales = &mechanism.scales.contacts[index];
-    let deepest = law.impact_penetration(mass, impact_velocity).max(scales.resting_penetration);
+    let deepest = law.impact_penetration(scales.mass, impact_velocity).max(scales.resting_penetration);
     let traction = new_traction(motion, index, deepest);
     // In slower impacts the load determines the time scale.
     let slowest = mechanism.scales.contacts[index].resting_velocity;
