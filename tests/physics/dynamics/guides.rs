@@ -56,6 +56,36 @@ pub(crate) fn with_faces(case: &Case, random: &mut Random) -> (Mechanism, Vec<Ph
 /// A case with something added to its mechanism, and the phases of all contacts.
 pub(crate) type Altered = fn(&Case, &mut Random) -> (Mechanism, Vec<Phase>);
 
+/// Checks the linearization in the state of a case by differences, with steps of a part of the usual ones.
+pub(crate) fn assert_linearization(dynamics: &mut Dynamics, case: &Case, index: usize, part: f64) {
+    let (t, q, v) = (case.t, &case.q, &case.v);
+    let d = q.len();
+    let mut exact = Linearization::new(d);
+    assert!(dynamics.linearize(t, q, v, &mut exact));
+    let mut acceleration = |t: f64, q: &[f64], v: &[f64]| {
+        let mut a = vec![0.0; d];
+        assert!(dynamics.acceleration(t, q, v, &mut a));
+        a
+    };
+    let (mut worst, mut size) = (0.0_f64, 1.0_f64);
+    let mut compare = |difference: Vec<f64>, exact: &[f64], column: usize, columns: usize| {
+        for (row, difference) in difference.iter().enumerate() {
+            let slope = difference / part;
+            size = size.max(slope.abs());
+            worst = worst.max((slope - exact[row * columns + column]).abs());
+        }
+    };
+    let mut unit = vec![0.0; d];
+    for k in 0..d {
+        unit.fill(0.0);
+        unit[k] = part;
+        compare(derivative(|h| acceleration(t, &added(q, h, &unit), v)), &exact.a_q, k, d);
+        compare(derivative(|h| acceleration(t, q, &added(v, h, &unit))), &exact.a_v, k, d);
+    }
+    compare(derivative(|h| acceleration(t + part * h, q, v)), &exact.a_t, 0, 1);
+    assert!(worst <= 1e-6 * size, "case {index}: {worst} of {size}");
+}
+
 #[test]
 fn linearization_agrees_with_differences() {
     compare_with_differences(with_faces);
@@ -70,36 +100,9 @@ pub(crate) fn compare_with_differences(altered: Altered) {
             continue;
         }
         let (mechanism, phases) = altered(case, &mut random);
-        let (t, q, v) = (case.t, &case.q, &case.v);
         let mut dynamics = Dynamics::new(&mechanism);
         dynamics.phases.clone_from(&phases);
-        let d = q.len();
-        let mut exact = Linearization::new(d);
-        assert!(dynamics.linearize(t, q, v, &mut exact));
-        let mut acceleration = |t: f64, q: &[f64], v: &[f64]| {
-            let mut a = vec![0.0; d];
-            assert!(dynamics.acceleration(t, q, v, &mut a));
-            a
-        };
-        let mut unit = vec![0.0; d];
-        let (mut worst, mut size) = (0.0_f64, 1.0_f64);
-        for k in 0..d {
-            unit.fill(0.0);
-            unit[k] = 1.0;
-            let by_q = derivative(|h| acceleration(t, &added(q, h, &unit), v));
-            let by_v = derivative(|h| acceleration(t, q, &added(v, h, &unit)));
-            for row in 0..d {
-                size = size.max(by_q[row].abs()).max(by_v[row].abs());
-                worst = worst.max((by_q[row] - exact.a_q[row * d + k]).abs());
-                worst = worst.max((by_v[row] - exact.a_v[row * d + k]).abs());
-            }
-        }
-        let by_t = derivative(|h| acceleration(t + h, q, v));
-        for row in 0..d {
-            size = size.max(by_t[row].abs());
-            worst = worst.max((by_t[row] - exact.a_t[row]).abs());
-        }
-        assert!(worst <= 1e-6 * size, "case {index}: {worst} of {size}");
+        assert_linearization(&mut dynamics, case, index, 1.0);
         seen += 1;
     }
     assert!(seen > 20, "{seen}");

@@ -3,13 +3,13 @@
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::pair::{Phase, SlidingVelocity};
 use chebclear::contact::sticking::{StickSlip, Traction};
-use chebclear::dynamics::{Dynamics, Linearization};
+use chebclear::dynamics::Dynamics;
 use chebclear::mechanism::compiled::Mechanism;
 
-use crate::dynamics::cartesian::{added, moving_cases};
-use crate::dynamics::guides::with_faces;
+use crate::dynamics::cartesian::moving_cases;
+use crate::dynamics::guides::{assert_linearization, with_faces};
 use crate::dynamics::random_trees::Case;
-use crate::support::{Random, derivative};
+use crate::support::Random;
 
 /// The case with faces, where all contacts can stick: each sticks or slides. Bodies have turned many times.
 fn sticking<'m>(case: &Case, mechanism: &'m mut Mechanism, random: &mut Random) -> (Dynamics<'m>, usize) {
@@ -61,11 +61,6 @@ fn sticking<'m>(case: &Case, mechanism: &'m mut Mechanism, random: &mut Random) 
     (dynamics, stuck)
 }
 
-/// Derivative by steps that are so short that they do not reach Coulomb's limit.
-fn slope(mut f: impl FnMut(f64) -> Vec<f64>) -> Vec<f64> {
-    derivative(|h| f(0.04 * h)).iter().map(|change| 25.0 * change).collect()
-}
-
 #[test]
 fn linearization_agrees_with_differences() {
     let mut random = Random(71);
@@ -79,34 +74,8 @@ fn linearization_agrees_with_differences() {
         });
         in_bearings += of_bearings.clone().count();
         stuck_faces += stuck - of_bearings.count();
-        let (t, q, v) = (case.t, &case.q, &case.v);
-        let d = q.len();
-        let mut exact = Linearization::new(d);
-        assert!(dynamics.linearize(t, q, v, &mut exact));
-        let mut acceleration = |t: f64, q: &[f64], v: &[f64]| {
-            let mut a = vec![0.0; d];
-            assert!(dynamics.acceleration(t, q, v, &mut a));
-            a
-        };
-        let mut unit = vec![0.0; d];
-        let (mut worst, mut size) = (0.0_f64, 1.0_f64);
-        for k in 0..d {
-            unit.fill(0.0);
-            unit[k] = 1.0;
-            let by_q = slope(|h| acceleration(t, &added(q, h, &unit), v));
-            let by_v = slope(|h| acceleration(t, q, &added(v, h, &unit)));
-            for row in 0..d {
-                size = size.max(by_q[row].abs()).max(by_v[row].abs());
-                worst = worst.max((by_q[row] - exact.a_q[row * d + k]).abs());
-                worst = worst.max((by_v[row] - exact.a_v[row * d + k]).abs());
-            }
-        }
-        let by_t = slope(|h| acceleration(t + h, q, v));
-        for row in 0..d {
-            size = size.max(by_t[row].abs());
-            worst = worst.max((by_t[row] - exact.a_t[row]).abs());
-        }
-        assert!(worst <= 1e-6 * size, "case {index}: {worst} of {size}");
+        // Longer steps would reach Coulomb's limit.
+        assert_linearization(&mut dynamics, case, index, 0.04);
     }
     assert!(in_bearings > 20 && stuck_faces > 20, "{in_bearings} and {stuck_faces}");
 }
