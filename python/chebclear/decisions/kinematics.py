@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -225,9 +224,3 @@ def _turned(vector: Array, angle: Array) -> Array:
     """A vector turned by each of the angles [rad], shape (angles, 2)."""
     sine, cosine = np.sin(angle), np.cos(angle)
     return np.column_stack([cosine * vector[0] - sine * vector[1], sine * vector[0] + cosine * vector[1]])
-
-
-def period_of(scene: Scene) -> float:
-    """Time of one revolution of the only drive at constant speed [s]; NaN without one."""
-    speeds = [drive.speed for drive in scene.drives if isinstance(drive, Speed) and drive.speed]
-    return 2.0 * math.pi / abs(speeds[0]) if len(speeds) == 1 else math.nan

@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from jinja2 import Environment
     from markupsafe import Markup
 
+    _Path = Path
+else:
+    _Path = type(Path())  # Python 3.11 derives only from the kind of path of its system
+
 _KINDS = {
     Text: "text",
     Items: "items",
@@ -37,12 +41,6 @@ for (const one of document.querySelectorAll(".player")) {
   playFilm(one, JSON.parse(one.firstElementChild.textContent));
 }
 """
-
-
-if TYPE_CHECKING:
-    _Path = Path
-else:
-    _Path = type(Path())  # Python 3.11 derives only from the kind of path of its system
 
 
 class ReportFile(_Path):

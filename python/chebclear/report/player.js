@@ -1,6 +1,6 @@
 "use strict";
 // Shows a film (film.py) in an element: drawings that move, charts with a cursor, controls. Returns
-// {show(frame), update(film), stop()}; `moved(frame)` is called after each change of the frame.
+// {show(frame), update(film), leave()}; `moved(frame)` is called after each change of the frame.
 function playFilm(root, film, moved = () => {}) {
   let frame = 0, timer = null, span = null, chosen = null, deviations = null, closeUps = [], hovered = null;
   let redraws = [];
@@ -64,14 +64,16 @@ function playFilm(root, film, moved = () => {}) {
     }
     const text = element("span", {class: "text"}), place = element("span", {class: "place"});
     let held = null;
+    const steps = moves => { const all = data.transforms[moves]; return all[Math.min(frame, all.length - 1)]; };
+    const seen = () => closeUps[index] ?? {zoom: 1, x: (left + right) / 2, y: (low + high) / 2};
     const look = () => {
-      const {zoom, x, y} = closeUps[index] ??= {zoom: 1, x: (left + right) / 2, y: (low + high) / 2};
+      const {zoom, x, y} = seen();
       const width = (right - left) / zoom, height = (high - low) / zoom;
       svg.setAttribute("viewBox", [x - width / 2, -y - height / 2, width, height].join(" "));
     };
     const at = event => new DOMPoint(event.clientX, event.clientY).matrixTransform(world.getScreenCTM().inverse());
     const close = (factor, event) => {
-      const now = closeUps[index], point = event === undefined ? now : at(event);
+      const now = seen(), point = event === undefined ? now : at(event);
       const zoom = factor === 0 ? 1 : clamp(now.zoom * factor, 1, 1000), share = now.zoom / zoom;
       // What is under the pointer stays there.
       closeUps[index] = zoom === 1 ? undefined
@@ -81,7 +83,7 @@ function playFilm(root, film, moved = () => {}) {
     svg.addEventListener("wheel", wheel(close), {passive: false});
     svg.addEventListener("pointerdown", event => {
       const moves = event.target.dataset.moves;
-      const [a, b, c, d, e, f] = moves === undefined ? [1, 0, 0, 1, 0, 0] : data.transforms[moves][frame];
+      const [a, b, c, d, e, f] = moves === undefined ? [1, 0, 0, 1, 0, 0] : steps(moves);
       const {x, y} = at(event), size = a * d - b * c;
       held = {x, y, moves, own: [(d * (x - e) - c * (y - f)) / size, (a * (y - f) - b * (x - e)) / size]};
       svg.setPointerCapture(event.pointerId);
@@ -91,8 +93,9 @@ function playFilm(root, film, moved = () => {}) {
       const {x, y} = at(event);
       if (data.scale) place.textContent = "x " + digits(data.scale[0] * x) + ", y " + digits(data.scale[0] * y) + " " + data.scale[1];
       if (held === null) return;
-      if (held.moves === undefined || data.transforms[held.moves].length === 1) {
-        closeUps[index] = {...closeUps[index], x: closeUps[index].x + held.x - x, y: closeUps[index].y + held.y - y};
+      if (held.moves === undefined || data.transforms[held.moves].length === 1) {  // what is enlarged is moved
+        const now = seen();
+        if (now.zoom > 1) closeUps[index] = {...now, x: now.x + held.x - x, y: now.y + held.y - y};
         look();
         return;
       }
@@ -112,10 +115,7 @@ function playFilm(root, film, moved = () => {}) {
     svg.addEventListener("pointerleave", () => { place.textContent = ""; });
     look();
     redraws.push(() => {
-      for (const {moves, node} of groups) {
-        const steps = data.transforms[moves];
-        node.setAttribute("transform", "matrix(" + steps[Math.min(frame, steps.length - 1)].join(" ") + ")");
-      }
+      for (const {moves, node} of groups) node.setAttribute("transform", "matrix(" + steps(moves).join(" ") + ")");
       text.textContent = data.texts[frame] ?? "";
     });
     svg.style.aspectRatio = (right - left) / (high - low);
@@ -284,11 +284,13 @@ function playFilm(root, film, moved = () => {}) {
     layOut();
     redraw();
   }
-  new ResizeObserver(layOut).observe(root);
+  const watcher = new ResizeObserver(layOut);
+  watcher.observe(root);
   window.addEventListener("resize", layOut);  // of a root without a box of its own
   build();
   if (film.starts && !window.matchMedia("(prefers-reduced-motion: reduce)").matches) play();
-  return {show, stop, update(next) {
+  const leave = () => { stop(); watcher.disconnect(); window.removeEventListener("resize", layOut); };
+  return {show, leave, update(next) {
     if (next.charts.length !== film.charts.length) chosen = deviations = null;
     if (next.at.at(-1) !== film.at.at(-1)) span = null;
     film = next;

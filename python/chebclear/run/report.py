@@ -78,6 +78,8 @@ def run_document(run: Trajectory, outputs: Sequence[str] | None, title: str | No
 def _moving(run: Trajectory, shown: Sequence[str]) -> list[Block]:
     """The drawing of the mechanism, in motion if the run has the positions of its bodies, and its outputs."""
     still, film = mechanism_picture(run.scene), partial(outputs_film, run, shown)
+    if run.end_time <= run.t[0]:
+        return [still]
     moves = set(pose_columns(run.scene)) <= set(run.columns)
     return [Moving(still, film)] if moves else [still, Moving(None, film)]
 

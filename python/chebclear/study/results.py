@@ -391,6 +391,8 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
     def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
         """Write a report of the study: one HTML file that needs no network.
 
+        For the moving drawing the nominal run is simulated once more.
+
         Parameters
         ----------
         path : path

@@ -129,7 +129,15 @@ def test_only_who_knows_the_address_is_answered(server):
     assert stroke(json.loads(ask(server, f"{page}state?value.rod_length=0.11").read())) == pytest.approx(
         100.0, abs=1e-3
     )
-    for wrong in ("/", "/state", f"/{'x' * len(server.key)}/", f"{page}..%2fcrank.toml", f"{page}crank.toml"):
+    for wrong in (
+        "/",
+        "/state",
+        "state",
+        f"/x{page}state",
+        f"/{'x' * len(server.key)}/",
+        f"{page}..%2fcrank.toml",
+        f"{page}crank.toml",
+    ):
         assert ask(server, wrong).status == 404
     assert ask(server, page, "POST").status == 501
 

@@ -6,7 +6,7 @@ import math
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear.decisions.kinematics import output_joint, period_of, positions, transmission_angle, turning
+from chebclear.decisions.kinematics import output_joint, positions, transmission_angle, turning
 
 ANGLE = np.linspace(0.0, 2.0 * math.pi, 121)
 
@@ -66,8 +66,8 @@ def press():
 
 def test_one_freedom_without_a_drive_is_turned():
     scene = turning(press())
-    assert math.isnan(period_of(press())) and period_of(scene) == pytest.approx(2.0 * math.pi)
-    found = positions(scene, period_of(scene), 121)
+    assert scene.period == pytest.approx(2.0 * math.pi)
+    found = positions(scene, scene.period, 121)
     slider = found.poses[:, bodies(scene).index("slider"), 0]
     angle = ANGLE + math.radians(30.0)
     lean = np.sqrt(0.12**2 - (0.05 * np.sin(angle)) ** 2)
@@ -87,7 +87,7 @@ def test_what_no_drive_prescribes_is_only_assembled():
     assert transmission_angle(free, positions(free, 1.0, 9).poses) is None
     # A driven crank alone moves no output.
     scene = turning(cc.mechanisms.pendulum_in_bearing())
-    assert transmission_angle(scene, positions(scene, period_of(scene), 9).poses) is None
+    assert transmission_angle(scene, positions(scene, scene.period, 9).poses) is None
 
 
 def four_bar(coupler_length=0.1):

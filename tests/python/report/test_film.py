@@ -21,7 +21,7 @@ def crank(count=73):
     sine, cosine, zero = np.sin(angle), np.cos(angle), np.zeros(count)
     turns = np.column_stack([cosine, sine, -sine, cosine, zero, zero])
     shapes = [
-        Shape("disc", np.zeros((1, 2)), 0, "#777777", 1.0, radius=1.5, name="ground"),
+        Shape("disc", np.zeros((1, 2)), 0, "#777777", 1.0, "#eeeeee", radius=1.5, name="ground"),
         Shape(
             "area",
             np.array([[0.0, -0.1], [1.0, -0.1], [1.0, 0.1], [0.0, 0.1]]),
@@ -180,6 +180,9 @@ def test_the_keyboard_moves_mechanism_and_charts_together(page):
     assert words(page, ".bar output") == "30°"
     assert page.find("document.querySelector('input[type=range]').getAttribute('aria-valuetext')") == "30°"
     assert words(page, ".chart output") == "0.5 (0.49 to 0.52)"
+    # What does not move moves nothing.
+    page.drag(place(page, ".panel svg", 0.3, 0.7), place(page, ".panel svg", 0.6, 0.7))
+    assert words(page, ".bar output") == "30°"
 
 
 def test_the_crank_is_dragged_by_the_mouse(page):

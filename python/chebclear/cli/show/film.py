@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
-from ...decisions.kinematics import output_joint, period_of, positions, transmission_angle, turning
+from ...decisions.kinematics import output_joint, positions, transmission_angle, turning
 from ...decisions.lost_motion import lost_motion
 from ...errors import ChebclearError
-from ...plots.animation.film import instants, mechanism_panel, mechanism_words
+from ...plots.animation.film import instants, mechanism_panel, mechanism_words, time_axis
 from ...plots.animation.motion import moving_mechanism
 from ...plots.drawing.pose import Pose
 from ...report.film import Chart, Film, chart
@@ -53,9 +51,8 @@ def film_of(given: Scene, exaggerate: float, duration: float) -> tuple[Film, lis
         notes.append(
             f"No drive prescribes the mechanism: {plain_words(joint)} is turned, without its forces."
         )
-    period = period_of(scene)
-    turns = math.isfinite(period)
-    found = positions(scene, period if turns else duration, FRAMES)
+    speeds = [drive for drive in scene.drives if isinstance(drive, Speed) and drive.speed]
+    found = positions(scene, scene.period if speeds else duration, FRAMES)
     if found.degrees_of_freedom:
         notes.append(
             f"The drives leave {found.degrees_of_freedom} degrees of freedom: only the assembled position is "
@@ -64,15 +61,15 @@ def film_of(given: Scene, exaggerate: float, duration: float) -> tuple[Film, lis
     if found.stopped:
         notes.append(f"It cannot go on from the last position: {found.stopped}.")
     panel = mechanism_panel(moving_mechanism(scene, found.poses, exaggerate), mechanism_words(scene))
-    if not turns:
-        at, label, places = found.t, "time [s]", instants(scene, found.t)
+    if len(speeds) != 1:
+        at, label = time_axis(found.t)
+        places = instants(scene, found.t)
     else:
-        at = 360.0 * found.t / period
-        speed = next(drive for drive in scene.drives if isinstance(drive, Speed) and drive.speed)
-        label = f"turn of {plain_words(speed.joint)} [°]"
+        at = 360.0 * found.t / scene.period
+        label = f"turn of {plain_words(speeds[0].joint)} [°]"
         places = [f"{angle:.1f}°" for angle in at]
     charts = _charts(scene, at, found.poses, notes) if len(at) > 1 else []
-    cyclic = turns and not found.stopped and not found.degrees_of_freedom
+    cyclic = len(speeds) == 1 and not found.stopped
     return Film(panel.title, label, at, places, [panel], charts, len(charts), cyclic=cyclic), notes
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import secrets
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -121,6 +122,11 @@ class PageServer(ThreadingHTTPServer):
         while time.monotonic() - self._left < _GRACE:
             self.handle_request()
 
+    def handle_error(self, *given: Any) -> None:
+        """A page that is closed in the middle of an answer is no error."""
+        if not isinstance(sys.exception(), OSError):
+            super().handle_error(*given)
+
     def watched(self, pages: int) -> None:
         """Count a page that opened, 1, or closed, -1."""
         with self._lock:
@@ -133,8 +139,10 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         address = urlsplit(self.path)
-        wanted = address.path.removeprefix(f"/{self.server.key}/")
-        if wanted == "":
+        before, key, wanted = address.path.rpartition(f"/{self.server.key}/")
+        if before or not key:
+            self.send_error(HTTPStatus.NOT_FOUND)
+        elif wanted == "":
             page = page_with_player("chebclear.cli.show", "show.html.j2", "show.js")
             self._answer("text/html; charset=utf-8", page)
         elif wanted == "state":

@@ -74,8 +74,7 @@ def time_axis(t: Array) -> tuple[Array, str]:
 
 def outputs_film(run: Trajectory, names: Sequence[str]) -> Film:
     """Outputs of a run over time, with the mechanism if the run has the positions of its bodies."""
-    known = np.flatnonzero(np.isfinite(run.samples).all(axis=1))
-    frames = known[evenly(len(known), MOST_FRAMES)]
+    frames = evenly(int(np.sum(run.t <= run.end_time)), MOST_FRAMES)
     x, label = time_axis(run.t)
     charts = [chart(name, column_unit(name), x, run[name]) for name in names]
     words, panels = mechanism_words(run.scene), []

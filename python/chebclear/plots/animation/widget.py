@@ -16,7 +16,7 @@ export default { render({ model, el }) {
   });
   shown.show(model.get("frame"));
   model.on("change:frame", () => shown.show(model.get("frame")));
-  return shown.stop;
+  return shown.leave;
 } };
 """
 

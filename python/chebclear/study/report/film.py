@@ -22,7 +22,9 @@ from ...plots.animation.motion import moving_mechanism
 from ...plots.bands import THIN
 from ...plots.drawing.pose import pose_columns, simulated_poses
 from ...report.film import Film, Panel, chart
+from ...run.settings import Settings
 from ...run.simulation import simulate
+from ...scene.scene import Scene
 from ..band.band import Band
 
 if TYPE_CHECKING:
@@ -50,7 +52,7 @@ def study_film(result: StudyResult) -> Film:
         chart(band.name, band.unit, x, band.nominal, (band.lower, band.upper), THIN)
         for band in bands[:_MOST_CHARTS]
     ]
-    panels = [] if scene is None else [_nominal(result, t)]
+    panels = [] if scene is None or result.settings is None else [_nominal(scene, result.settings, t)]
     return Film("The mechanism and its outputs", label, x[frames], places, panels, charts)
 
 
@@ -62,18 +64,17 @@ def _abscissa(band: Band) -> tuple[Array, str]:
     return sense * np.degrees(band.angle), "crank angle [°]" if sense > 0.0 else "crank angle, clockwise [°]"
 
 
-def _nominal(result: StudyResult, t: Array) -> Panel:
+def _nominal(scene: Scene, settings: Settings, t: Array) -> Panel:
     """The nominal mechanism at some instants; as assembled where it cannot be simulated again."""
-    assert result.scene is not None and result.settings is not None
-    words = mechanism_words(result.scene)
-    wanted = dataclasses.replace(result.settings, outputs=pose_columns(result.scene), features=())
+    words = mechanism_words(scene)
+    wanted = dataclasses.replace(settings, outputs=pose_columns(scene), features=())
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ChebclearWarning)
-            run = simulate(result.scene, settings=wanted)
+            run = simulate(scene, settings=wanted)
     except ChebclearError as error:
-        poses = np.array([result.scene.check().poses])
-        return mechanism_panel(moving_mechanism(result.scene, poses), f"{words}, as assembled: {error}")
+        poses = np.array([scene.check().poses])
+        return mechanism_panel(moving_mechanism(scene, poses), f"{words}, as assembled: {error}")
     poses = simulated_poses(run)
     nearest = np.abs(run.t[:, None] - t).argmin(axis=0)
-    return mechanism_panel(moving_mechanism(result.scene, poses[nearest]), f"{words}, all at nominal values")
+    return mechanism_panel(moving_mechanism(scene, poses[nearest]), f"{words}, all at nominal values")
