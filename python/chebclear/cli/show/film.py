@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ...decisions.kinematics import output_joint, positions, transmission_angle, turning
+from ...decisions.kinematics import Positions, output_joint, positions, transmission_angle, turning
 from ...decisions.lost_motion import lost_motion
 from ...errors import ChebclearError
 from ...plots.animation.film import instants, mechanism_panel, mechanism_words, time_axis
@@ -58,8 +58,6 @@ def film_of(given: Scene, exaggerate: float, duration: float) -> tuple[Film, lis
             f"The drives leave {found.degrees_of_freedom} degrees of freedom: only the assembled position is "
             "shown; chebclear animate shows the motion."
         )
-    if found.stopped:
-        notes.append(f"It cannot go on from the last position: {found.stopped}.")
     panel = mechanism_panel(moving_mechanism(scene, found.poses, exaggerate), mechanism_words(scene))
     if len(speeds) != 1:
         at, label = time_axis(found.t)
@@ -68,14 +66,16 @@ def film_of(given: Scene, exaggerate: float, duration: float) -> tuple[Film, lis
         at = 360.0 * found.t / scene.period
         label = f"turn of {plain_words(speeds[0].joint)} [°]"
         places = [f"{angle:.1f}°" for angle in at]
-    charts = _charts(scene, at, found.poses, notes) if len(at) > 1 else []
+    if found.stopped:
+        notes.append(f"It cannot go on from {places[-1]}: {found.stopped}. So its lost motion is not known.")
+    charts = _charts(scene, at, found, notes) if len(at) > 1 else []
     cyclic = len(speeds) == 1 and not found.stopped
     return Film(panel.title, label, at, places, [panel], charts, len(charts), cyclic=cyclic), notes
 
 
-def _charts(scene: Scene, at: Array, poses: Array, notes: list[str]) -> list[Chart]:
+def _charts(scene: Scene, at: Array, found: Positions, notes: list[str]) -> list[Chart]:
     """The output, its transmission angle, and how far it moves by play; notes say what is missing."""
-    joint = output_joint(scene)
+    joint, poses = output_joint(scene), found.poses
     if joint is None:
         return []
     name = next(owner_of(end) for end in ends_of(joint) if owner_of(end) != GROUND)
@@ -91,11 +91,10 @@ def _charts(scene: Scene, at: Array, poses: Array, notes: list[str]) -> list[Cha
         notes.append(f"No transmission angle: {plain_words(name)} is not moved by a coupler with two pins.")
     else:
         charts.append(chart("transmission angle", "rad", at, angle))
-    if joints_with_play(scene.joints):
+    if joints_with_play(scene.joints) and not found.stopped:
         try:
             lost = lost_motion(scene, name, way, angles=FRAMES)
-            total = lost.total[: len(at)]
-            charts.append(chart(f"lost motion of {plain_words(name)} by play", lost.unit, at, total))
+            charts.append(chart(f"lost motion of {plain_words(name)} by play", lost.unit, at, lost.total))
         except ChebclearError as error:
             notes.append(f"No lost motion: {error}")
     return charts
