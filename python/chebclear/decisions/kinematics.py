@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.units import unit
-from ..errors import ArgumentError
+from ..errors import ArgumentError, ArgumentTypeError
 from ..plots.drawing.pose import pose_columns, simulated_poses
 from ..run.settings import Settings
 from ..run.simulation import simulate
 from ..run.trajectory import Trajectory
 from ..scene.parts import GROUND, ends_of, owner_of
 from ..scene.scene import ClearanceRevolute, Joint, JointStart, Prismatic, Revolute, Scene, Speed
+from ..study.features.swept import SweptRun
 from .lost_motion import without_play
 
 Array = NDArray[np.float64]
@@ -146,7 +147,7 @@ def transmission_angle(scene: Scene, poses: Array) -> Array | None:
     return None
 
 
-def transmission_angles(run: Trajectory) -> Array:
+def transmission_angles(run: Trajectory | SweptRun) -> Array:
     """Transmission angle at every sample of a run [rad]; see `least_transmission_angle`.
 
     Parameters
@@ -160,8 +161,8 @@ def transmission_angles(run: Trajectory) -> Array:
 
     Raises
     ------
-    ValueError
-        If the run lacks positions, or no coupler with two pins moves the output.
+    ValueError, TypeError
+        If the run lacks positions, no coupler with two pins moves the output, or this is no run.
 
     Examples
     --------
@@ -171,13 +172,15 @@ def transmission_angles(run: Trajectory) -> Array:
     >>> round(float(np.degrees(angles[90])), 6)  # 90 degrees less the lean of the rod
     60.0
     """
+    if not isinstance(run, Trajectory | SweptRun):
+        raise ArgumentTypeError(f"run must be a Trajectory or a run of a study, got {run!r:.80}")
     found = transmission_angle(run.scene, simulated_poses(run))
     if found is None:
         raise ArgumentError("no coupler with two pins moves an output on ground: no transmission angle")
     return found
 
 
-def least_transmission_angle(run: Trajectory) -> float:
+def least_transmission_angle(run: Trajectory | SweptRun) -> float:
     """Smallest transmission angle in the samples of a run [rad], a feature of a study.
 
     The transmission angle lies between the coupler and a rocker, or the coupler and the normal of the guide

@@ -16,6 +16,7 @@ from ..axes import COLORS
 
 if TYPE_CHECKING:
     from ...run.trajectory import Trajectory
+    from ...study.features.swept import SweptRun
 
 Array = NDArray[np.float64]
 
@@ -111,7 +112,7 @@ def pose_columns(scene: Scene) -> tuple[str, ...]:
     return tuple(f"{body.name}.{axis}" for body in scene.bodies for axis in ("x", "y", "angle"))
 
 
-def simulated_poses(run: Trajectory) -> Array:
+def simulated_poses(run: Trajectory | SweptRun) -> Array:
     """Origins and angles of all bodies at the samples of a run.
 
     Parameters
