@@ -1,4 +1,4 @@
-"""Random mechanisms with loads of the motion, faces and laws of contact, and how each ends; see README.md.
+"""Random mechanisms with loads of the motion, faces, films and couplings, and how each ends; see README.md.
 
 python benchmarks/loads.py [--scenes N] [--first I] [--seed S]
 """
@@ -161,17 +161,40 @@ def guided(random: np.random.Generator, kind: str, speed: float) -> tuple[cc.Sce
 GUIDED = ("guide", "block", "yoke", "stops")
 
 
+def loose(random: np.random.Generator, kind: str, speed: float) -> tuple[cc.Scene, float]:
+    """A slider-crank with play at the wrist, which may be oiled or stick."""
+    rpm = 60.0 * speed / (2.0 * math.pi * 0.05)
+    scene = cc.mechanisms.slider_crank(contact=contact(random), crank_speed=cc.rpm(rpm), clearance=1e-4)
+    changes: dict[str, object] = {}
+    if kind == "sticking":
+        coefficient = float(random.uniform(0.05, 0.8))
+        stribeck = float(random.choice((0.0, 1e-3, 1e-1)))
+        changes["friction"] = cc.laws.StickSlip(coefficient, coefficient * random.uniform(0.5, 1.0), stribeck)
+    elif kind == "oiled":
+        kinds = (cc.laws.ShortBearing, cc.laws.FiniteBearing)
+        viscosity, roughness = 10.0 ** random.uniform(-3.0, 0.0), 10.0 ** random.uniform(-7.0, -5.0)
+        (wrist,) = (joint for joint in scene.joints if isinstance(joint, cc.ClearanceRevolute))
+        length = 2.0 * wrist.journal_radius * random.uniform(0.25, 1.0)
+        changes["film"] = kinds[random.integers(2)](viscosity, length, roughness)
+    joints = [
+        dataclasses.replace(joint, **changes) if isinstance(joint, cc.ClearanceRevolute) else joint
+        for joint in scene.joints
+    ]
+    return dataclasses.replace(scene, joints=joints), 120.0 / rpm
+
+
+LOOSE = ("loose", "sticking", "oiled")
+
+
 def draw(index: int, seed: int) -> tuple[str, cc.Scene, float]:
     """Kind, scene and duration of an index: each has its own generator."""
     random = np.random.default_rng([seed, index])
-    kind = str(random.choice(("loose", "ideal", "free", "chain", *GUIDED)))
+    kind = str(random.choice(("ideal", "free", "chain", "coupled", *LOOSE, *GUIDED)))
     speed = float(10.0 ** random.uniform(-1.0, 1.0))
     if kind in GUIDED:
         scene, duration = guided(random, kind, speed)
-    elif kind == "loose":
-        rpm = 60.0 * speed / (2.0 * math.pi * 0.05)
-        scene = cc.mechanisms.slider_crank(contact=contact(random), crank_speed=cc.rpm(rpm), clearance=1e-4)
-        duration = 120.0 / rpm
+    elif kind in LOOSE:
+        scene, duration = loose(random, kind, speed)
     elif kind == "ideal":
         scene = cc.mechanisms.four_bar(clearance_at=())
         duration = 0.1
@@ -185,7 +208,11 @@ def draw(index: int, seed: int) -> tuple[str, cc.Scene, float]:
             cc.Revolute(f"pin{k}", f"bar{k - 1}.B" if k else "ground", f"bar{k}.A") for k in range(bars)
         ]
         start = [cc.JointStart("pin0", position=float(random.uniform(-3.0, 3.0)), velocity=speed / 0.2)]
-        scene = cc.Scene(bodies, joints, [cc.Gravity((0.0, -9.81))], start=start)
+        couplings = []
+        if kind == "coupled":
+            ratio = float(random.uniform(-2.0, 2.0))
+            couplings = [cc.motions.Coupling("mesh", "bar2.angle", "bar0.angle", ratio)]
+        scene = cc.Scene(bodies, joints, [cc.Gravity((0.0, -9.81))], start=start, couplings=couplings)
         duration = float(random.uniform(0.3, 2.0))
     size = 2.0 * max(speed, 1.0) ** 2
     forces = list(scene.forces)

@@ -294,6 +294,7 @@ def test_progress_is_a_bar_in_a_notebook(monkeypatch):
 def test_progress_is_lines_with_the_time_that_is_left_elsewhere(monkeypatch):
     log, seconds = io.StringIO(), itertools.count(100.0, 6.0)
     monkeypatch.setattr(sys, "stderr", log)
+    monkeypatch.delitem(sys.modules, "ipykernel", raising=False)  # widgets of other tests import it
     with progress.bar("study", "runs") as report:
         report(1, 4)
     assert log.getvalue() == ""
