@@ -1,10 +1,11 @@
 """A page for every example: its picture, its code and the file; and the pages that run, as notebooks.
 
-The pictures are small files of the repository, since all examples take two minutes. One that is missing is
-drawn: after a change of an example delete its picture and run ``python docs/gallery.py``.
+The pictures are small files of the repository, since all examples take two minutes. Each says of which script
+it is: one that is missing or of another script is drawn, here or by ``python docs/gallery.py``.
 """
 
 import ast
+import hashlib
 import os
 import re
 import subprocess
@@ -13,6 +14,7 @@ import tempfile
 from pathlib import Path
 
 from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 ROOT = Path(__file__).parents[1]
 PICTURES = Path(__file__).parent / "examples"
@@ -22,7 +24,8 @@ WIDTH = 640
 def picture(example: Path) -> str:
     """Name of the picture of an example, which is its largest one."""
     stored = PICTURES / f"{example.stem}.png"
-    if not stored.exists():
+    script = hashlib.sha256(example.read_bytes()).hexdigest()
+    if not stored.exists() or Image.open(stored).info.get("script") != script:
         with tempfile.TemporaryDirectory() as folder:
             command = [sys.executable, "-W", "ignore", str(example), folder]
             own = os.environ | {"MPLBACKEND": "Agg"}
@@ -30,7 +33,9 @@ def picture(example: Path) -> str:
             drawn = max(Path(folder).glob("*.png"), key=lambda path: path.stat().st_size)
             image = Image.open(drawn).convert("RGB")
         image.thumbnail((WIDTH, 2 * WIDTH), Image.Resampling.LANCZOS)
-        image.quantize(48, dither=Image.Dither.NONE).save(stored, optimize=True)
+        facts = PngInfo()
+        facts.add_text("script", script)
+        image.quantize(48, dither=Image.Dither.NONE).save(stored, optimize=True, pnginfo=facts)
     return stored.name
 
 

@@ -306,6 +306,7 @@ def plot_share(share: Share, *, ax: Axes | None = None, unit: str | None = None,
     for limit in share.limits:
         if math.isfinite(limit):
             ax.axvline(limit * scale, color="0.2", linestyle="--")
+    ax.ticklabel_format(axis="x", useOffset=False)
     set_x_label(ax, with_unit(plain_words(share.specification.quantity), shown))
     ax.set_ylabel("mechanisms")
     ax.set_title(f"{share.outside or 'none'} of {share.runs} outside")
