@@ -28,10 +28,16 @@ def is_request(progress: object) -> bool:
     return progress is None or isinstance(progress, bool) or callable(progress)
 
 
+def _in_notebook() -> bool:
+    """Whether a kernel of notebooks runs here; that its package was imported says nothing, widgets do it."""
+    kernels = sys.modules.get("ipykernel.kernelapp")
+    return kernels is not None and bool(kernels.IPKernelApp.initialized())
+
+
 @contextmanager
 def bar(label: str, unit: str) -> Iterator[Report]:
     """Show progress while the block runs: as a bar, or as lines where standard error is not a terminal."""
-    if not (sys.stderr.isatty() or "ipykernel" in sys.modules):
+    if not (sys.stderr.isatty() or _in_notebook()):
         yield _Lines(label, unit)
         return
     from tqdm.auto import tqdm  # here only: it costs 20 ms, and few ask for it

@@ -286,7 +286,8 @@ def test_progress_is_a_bar_at_a_terminal(monkeypatch):
 def test_progress_is_a_bar_in_a_notebook(monkeypatch):
     quiet = io.StringIO()
     monkeypatch.setattr(sys, "stderr", quiet)
-    monkeypatch.setitem(sys.modules, "ipykernel", types.ModuleType("ipykernel"))
+    running = types.SimpleNamespace(IPKernelApp=types.SimpleNamespace(initialized=lambda: True))
+    monkeypatch.setitem(sys.modules, "ipykernel.kernelapp", running)
     cc.simulate(faller(), duration=0.1, samples=11, progress=True)
     assert "simulation: 100%" in quiet.getvalue()
 
@@ -294,7 +295,6 @@ def test_progress_is_a_bar_in_a_notebook(monkeypatch):
 def test_progress_is_lines_with_the_time_that_is_left_elsewhere(monkeypatch):
     log, seconds = io.StringIO(), itertools.count(100.0, 6.0)
     monkeypatch.setattr(sys, "stderr", log)
-    monkeypatch.delitem(sys.modules, "ipykernel", raising=False)  # widgets of other tests import it
     with progress.bar("study", "runs") as report:
         report(1, 4)
     assert log.getvalue() == ""
