@@ -111,7 +111,7 @@ impl<'a> System<'a> {
     pub(crate) fn watched(&self, guard: usize) -> Watched {
         let (contacts, switches) = (self.contact_guards(), self.motion.dynamics.switches.len());
         if guard < contacts {
-            Watched::Contact { slot: guard / GUARDS, of_gap: guard % GUARDS == 0 }
+            Watched::Contact { slot: guard / GUARDS, of_gap: guard.is_multiple_of(GUARDS) }
         } else if guard < contacts + switches {
             Watched::Switch(guard - contacts)
         } else {
