@@ -297,7 +297,7 @@ class FiniteBearing(ShortBearing):
     """Oil film of a bearing of finite length: that of a short bearing times a factor.
 
     The factor depends on the ratio of length to diameter and on the eccentricity ratio. Its force under a
-    steady load is within 6 % of Reynolds' equation. Source: Butenschön (1976).
+    steady load is within a tenth of Reynolds' equation. Source: Butenschön (1976).
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ pub struct Lubricant {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilmLaw {
     /// Radial clearance of the surfaces [m].
-    clearance: f64,
+    pub clearance: f64,
     /// The same with the roughness [m].
     thickness: f64,
     /// C [N s/m].
@@ -113,12 +113,10 @@ impl FilmLaw {
         let radial = velocity[0] * nx + velocity[1] * ny;
         let tangential = velocity[1] * nx - velocity[0] * ny;
         let root = (S::constant(1.0) - ratio * ratio).sqrt();
-        let direction = if stands {
-            None
-        } else {
+        let direction = (!stands).then(|| {
             let speed = speed_square.sqrt();
-            Some([radial / speed, tangential / speed])
-        };
+            [radial / speed, tangential / speed]
+        });
         let [along, mixed, across] = integrals(ratio, root, direction);
         let factor = self.factor_at(ratio) * -self.resistance;
         let on_radius = factor * (along * radial + mixed * tangential);

@@ -312,8 +312,8 @@ impl Column {
 
 fn film_value(dynamics: &Dynamics, film: &Film, quantity: usize) -> f64 {
     match quantity {
-        0 => dynamics.film_eccentricity(film) / film.clearance,
-        4 => film.clearance - dynamics.film_eccentricity(film),
+        0 => dynamics.film_eccentricity(film) / film.law.clearance,
+        4 => film.law.clearance - dynamics.film_eccentricity(film),
         5 => dynamics.film_loss(film),
         _ => {
             let FilmForce { force: [x, y], torques: [torque, _] } = dynamics.film_force(film);

@@ -62,8 +62,6 @@ pub struct Film {
     pub bodies: [Option<usize>; 2],
     /// Its force.
     pub law: FilmLaw,
-    /// Radial clearance [m].
-    pub clearance: f64,
 }
 
 /// A further tension of a spring or damper.

@@ -184,7 +184,6 @@ impl Builder<'_> {
                 points: ends.map(|end| self.place(end)),
                 bodies: ends.map(|end| end.body),
                 law: FilmLaw::new(lubricant, *journal_radius, *clearance),
-                clearance: *clearance,
             });
         }
     }

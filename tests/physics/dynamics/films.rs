@@ -34,7 +34,7 @@ fn with_film(case: &Case, random: &mut Random) -> (Mechanism, Vec<Phase>) {
         has_finite_width: random.unit() < 0.5,
     };
     let law = FilmLaw::new(&lubricant, radius, clearance);
-    mechanism.tree.films.push(Film { name: "film".to_owned(), points, bodies, law, clearance });
+    mechanism.tree.films.push(Film { name: "film".to_owned(), points, bodies, law });
     (mechanism, case.phases.clone())
 }
 
