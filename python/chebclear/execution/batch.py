@@ -270,11 +270,15 @@ class GatheredNotices:
                 self._first[kind] = (number, place, notice)
             self._runs.setdefault(kind, set()).add(number)
 
-    def of(self, runs: int, place: Callable[[Sequence[int]], str]) -> tuple[Notice, ...]:
-        """Each kind once, in the order of the runs, as of so many runs and with the place of some."""
-        found = []
+    def kinds(self) -> Iterator[tuple[list[int], Notice]]:
+        """Each kind once, in the order of the runs: the runs that have it, and the notice of the first."""
         for kind in sorted(self._first, key=lambda kind: self._first[kind][:2]):
-            numbers, notice = sorted(self._runs[kind]), self._first[kind][2]
+            yield sorted(self._runs[kind]), self._first[kind][2]
+
+    def of(self, runs: int, place: Callable[[Sequence[int]], str]) -> tuple[Notice, ...]:
+        """Each kind once, as of so many runs and with the place of some."""
+        found = []
+        for numbers, notice in self.kinds():
             where = place(numbers)
             found.append(
                 replace(

@@ -16,6 +16,7 @@ from ..base.prefixes import format_quantity, format_range
 from ..base.shown import listed
 from ..base.units import unit as unit_of
 from ..errors import ArgumentError, UnknownNameError
+from ..execution.batch import GatheredNotices
 from ..execution.failures import FAILED
 from ..report import html
 from ..report.document import Table
@@ -359,16 +360,14 @@ class _Turned(NamedTuple):
 
 def _told(parameter: str, at: Array, found: Sequence[_Turned]) -> tuple[Notice, ...]:
     """Failures and notices of the runs, each kind once with its first run; an error if all failed."""
-    kinds: dict[object, list[tuple[int, Notice]]] = {}
+    gathered = GatheredNotices()
     for k, one in enumerate(found):
-        for told in one.notices:
-            kinds.setdefault((told.code, told.about), []).append((k, told))
+        gathered.add(k, one.notices)
     notices = []
-    for runs in kinds.values():
-        first, told = runs[0]
+    for runs, told in gathered.kinds():
         failed = told.code == FAILED
         what = f"{len(runs)} of {len(found)} runs{' failed and are NaN' if failed else ''}"
-        text = f"{what}, the first at {parameter} = {at[first]:g}: {told.text}"
+        text = f"{what}, the first at {parameter} = {at[runs[0]]:g}: {told.text}"
         if failed and len(runs) == len(found):
             raise ArgumentError(text)
         notices.append(replace(told, text=text, numbers={"runs": len(runs), "of_runs": len(found)}))
