@@ -500,7 +500,7 @@ def test_a_model_without_time_gives_what_is_done(tmp_path):
         time.sleep(0.02)
         return line(a, b)
 
-    short = stored(tmp_path, slow, max_seconds=0.3).band(60)
+    short = stored(tmp_path, slow, max_seconds=0.3, threads=1).band(60)
     assert short.status == "stopped"
     done = len(short.parameters)
     assert 0 < done < 60

@@ -101,11 +101,11 @@ class TestShares:
             time.sleep(2e-3)
             return {"play": gap}
 
-        study = cc.Study(slow, {"gap": cc.normal(0.0, 1.0)}, max_seconds=0.2, threads=1)
+        study = cc.Study(slow, {"gap": cc.normal(0.0, 1.0)}, max_seconds=0.2)
         with pytest.warns(cc.ChebclearWarning, match="not begun"):
             found = cc.conformance(study, cc.require("play", below=9.0), 100_000)
         (share,) = found.values()
-        assert share.outside == share.failed == 0 and 0 < share.runs <= 100
+        assert share.outside == share.failed == 0 and 0 < share.runs < 100_000
         assert len(found.parameters) == share.runs
 
     def test_a_function_generator_has_its_published_probabilities(self):
