@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -16,11 +19,12 @@ from ..base.shown import Shown, listed
 from ..base.tables import format_table
 from ..errors import ArgumentTypeError
 from ..report import html
-from ..report.document import Table
+from ..report.document import Document, Picture, Section, Table
 from ..run.notices import Notice, issue
+from ..run.report import version_fact, warnings_section
 from ..scene.distributions import Distribution
 from ..scene.scene import Interval
-from ..study.requirements.conformance import Conformance
+from ..study.requirements.conformance import Conformance, Share
 from ..study.requirements.specification import Specification
 from ..study.study import Study
 from .least_cost.search import checked_search
@@ -149,14 +153,58 @@ class Allocation(Named[Tolerance]):
     def __str__(self) -> str:
         table = self.table
         rows = [[str(cell) for cell in row] for row in table.rows]
+        text = [_WORDS[self.status], format_table(table.head, rows), str(self.verified), *self._savings()]
+        return "\n".join(text)
+
+    def _savings(self) -> list[str]:
+        """By how much wider limits save a hundredth of the cost."""
         wider = {
             name: format_quantity(0.01 * self.cost / one, self.verified[name].unit)
             for name, one in self.saving.items()
             if one > 0.0
         }
-        more = [f"{name}: limits wider by {one} save 1 % of the cost" for name, one in wider.items()]
-        text = [_WORDS[self.status], format_table(table.head, rows), str(self.verified), *more]
-        return "\n".join(text)
+        return [f"{name}: limits wider by {one} save 1 % of the cost" for name, one in wider.items()]
+
+    def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
+        """Write a report: one HTML file that needs no network.
+
+        Parameters
+        ----------
+        path : path
+            The file; ``.html`` is appended if there is no suffix. An existing file is replaced.
+        title : str, optional
+            The heading: the question in words.
+
+        Returns
+        -------
+        Path
+            The file written.
+        """
+        words = _WORDS[self.status]
+        found = f"{words[0].upper()}{words[1:]}"
+        picture = Picture("By how much each tolerance was closed or opened.", partial(_draw, self))
+        spread = [
+            Picture(f"How the mechanisms are spread about the limits of {name}.", partial(_draw, one))
+            for name, one in self.verified.items()
+            if name != "all" or len(self.verified) == 1
+        ]
+        document = Document(
+            title=title or "Which tolerances cost least and keep the requirements?",
+            facts=[f"{self.runs} runs", version_fact()],
+            answer=[
+                f"{found}.",
+                f"They cost {self.cost:.4g} instead of {self.cost_before:.4g}.",
+                *(f"{one}." for one in self._savings()),
+            ],
+            doubts=[] if self.status in ("met", "always") else [f"{found}."],
+            first=[self.table, self.verified.table],
+            sections=[
+                Section("How the tolerances change", [picture]),
+                *([Section("In specification or not", spread)] if spread else []),
+                *warnings_section(list(map(str, self.notices))),
+            ],
+        )
+        return html.write(document, path)
 
     def _repr_html_(self) -> str:
         return html.fragment(_WORDS[self.status], [self.table, self.verified.table])
@@ -175,6 +223,10 @@ _WORDS: dict[Status, str] = {
     "scatter": "no tolerance helps: scatter that no parameter explains breaks the requirements",
     "others": "no tolerance helps: nominal values or parameters without a cost break the requirements",
 }
+
+
+def _draw(drawn: Allocation | Share, ax: Axes) -> None:
+    drawn.plot(ax=ax)
 
 
 def allocate(

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from zlib import crc32
 
@@ -15,12 +18,13 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks
 from ..base.named import Named
 from ..base.prefixes import format_quantity, format_range
-from ..base.shown import Shown, listed
+from ..base.shown import Shown, in_a_sentence, listed
 from ..errors import ArgumentError, ArgumentTypeError
 from ..execution.failures import AllFailedError
 from ..report import html
-from ..report.document import Table
+from ..report.document import Document, Items, Picture, Section, Table
 from ..run.notices import Notice, issue
+from ..run.report import version_fact, warnings_section
 from ..scene.distributions import Distribution
 from ..scene.scene import Interval
 from ..study.conforming import extremes_of, watching_for
@@ -198,6 +202,54 @@ class Contrast(Named["Difference | ShareDifference"]):
         head = ["feature", "first", "second", "difference", "between", "smaller in"]
         return Table("Medians of both designs and of their differences in pairs", head, rows)
 
+    @property
+    def requirements_table(self) -> Table:
+        """One row for each requirement."""
+        rows = []
+        for one in self.requirements.values():
+            shares = [f"{100.0 * share:.3g} %" for share in one.shares]
+            points = [f"{100.0 * part:+.3g}" for part in (one.difference, one.lower, one.upper)]
+            rows.append([one.name, *shares, points[0], f"{points[1]} to {points[2]}", str(one.pairs)])
+        head = ["requirement", "first", "second", "difference [points]", "between", "pairs"]
+        return Table("Shares in specification", head, rows)
+
+    def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
+        """Write a report: one HTML file that needs no network.
+
+        Parameters
+        ----------
+        path : path
+            The file; ``.html`` is appended if there is no suffix. An existing file is replaced.
+        title : str, optional
+            The heading: the question in words.
+
+        Returns
+        -------
+        Path
+            The file written.
+        """
+        both: list[Difference | ShareDifference] = [*self.requirements.values(), *self.features.values()]
+        unknown = [one.name for one in both if one.lower <= 0.0 <= one.upper]
+        doubts = [f"The runs do not show whether the designs differ in {in_a_sentence(unknown)}."]
+        tables = [one for one in (self.requirements_table, self.table) if one.rows]
+        pictures = [
+            Picture(f"How the differences of {name} are spread. {one}.", partial(_draw, one))
+            for name, one in self.features.items()
+        ]
+        document = Document(
+            title=title or "Is the second design better?",
+            facts=[f"intervals with {100.0 * both[0].confidence:g} % confidence", version_fact()],
+            answer=[f"{one}." for one in both if one.name not in unknown] or ["The runs show no difference."],
+            doubts=doubts if unknown else [],
+            first=tables,
+            sections=[
+                Section("What differs in the two designs", [Items(self.changes or ["nothing"])]),
+                *([Section("How the differences are spread", pictures)] if pictures else []),
+                *warnings_section(list(map(str, self.notices))),
+            ],
+        )
+        return html.write(document, path)
+
     def __repr__(self) -> str:
         return f"<Contrast: {listed(self._names, most=4)}>"
 
@@ -207,6 +259,10 @@ class Contrast(Named["Difference | ShareDifference"]):
 
     def _repr_html_(self) -> str:
         return html.fragment(repr(self)[1:-1], [self.table])
+
+
+def _draw(difference: Difference, ax: Axes) -> None:
+    difference.plot(ax=ax)
 
 
 def contrast(

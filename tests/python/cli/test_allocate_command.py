@@ -60,11 +60,14 @@ def test_it_prints_tolerances_and_writes_a_table_and_a_picture(file, tmp_path, c
     words = [file, "--runs", 600]
     assert run(*words, "--out", folder) == 0
     assert "place: " in capsys.readouterr().out
-    assert {"allocation.txt", "allocation.csv", "allocation.png"} <= {path.name for path in folder.iterdir()}
+    names = {path.name for path in folder.iterdir()}
+    assert {"allocation.txt", "allocation.csv", "allocation.png", "report.html"} <= names
     with (folder / "allocation.csv").open(encoding="utf-8") as table:
         rows = list(csv.DictReader(table))
     # 20 mm: IT8 is 33 um. Of the limits it leaves the other some 40 um, 31 of ten tolerances a decade.
     assert [row["grade"] for row in rows] == ["", "IT8"]
+    report = (folder / "report.html").read_text(encoding="utf-8")
+    assert "IT8" in report and report.count("<table") == 2 and report.count("<img") == 2
     assert run(*words, "--json") == 0
     printed = json.loads(capsys.readouterr().out)
     assert printed["status"] == "met" and printed["cost"] == pytest.approx(

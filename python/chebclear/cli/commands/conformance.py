@@ -89,7 +89,7 @@ def _add_contrast(commands: Commands) -> None:
     )
     _add_chance(command, "value")
     add_settings(command, outputs=False)
-    add_out(command, "contrast.txt, the table of features (md, csv, json) and a PNG for each")
+    add_out(command, "report.html, contrast.txt, the table of features (md, csv, json) and a PNG for each")
     add_means(command)
 
 
@@ -117,7 +117,7 @@ def _add_allocate(commands: Commands) -> None:
     )
     _add_chance(command, "share")
     add_settings(command, outputs=False)
-    add_out(command, "allocation.txt, the table of tolerances (md, csv, json) and a picture")
+    add_out(command, "report.html, allocation.txt, the table of tolerances (md, csv, json) and a picture")
     add_means(command)
 
 
@@ -229,13 +229,14 @@ def contrast(options: argparse.Namespace) -> int:
             if shares:
                 write_table(shares, folder, "requirements")
             (folder / "contrast.txt").write_text(f"{found}\n", encoding="utf-8")
+            found.report(folder / "report.html")
             _draw(found.features, folder)
     if options.json:
         print_json({"features": rows, "shares": shares, "changes": found.changes, "seed": found.seed})
     else:
         print(found)
         if options.out is not None:
-            print(f"wrote    {options.out / 'contrast.txt'} and more beside it")
+            print(f"wrote    {options.out / 'report.html'} and more beside it")
     return 0
 
 
@@ -264,6 +265,7 @@ def allocate(options: argparse.Namespace) -> int:
         with complete_folder(options.out) as folder:
             write_table(rows, folder, "allocation")
             (folder / "allocation.txt").write_text(f"{found}\n", encoding="utf-8")
+            found.report(folder / "report.html")
             _draw({"allocation": found}, folder)
     if options.json:
         facts = {"status": found.status, "cost": found.cost, "saving": found.saving, "seed": found.seed}
@@ -271,7 +273,7 @@ def allocate(options: argparse.Namespace) -> int:
     else:
         print(found)
         if options.out is not None:
-            print(f"wrote    {options.out / 'allocation.txt'} and more beside it")
+            print(f"wrote    {options.out / 'report.html'} and more beside it")
     return 0 if found.status in ("met", "always") else EXIT_NOT_MET
 
 
