@@ -494,10 +494,9 @@ impl<const S: usize> OneStep for Rosenbrock<S> {
         let (w01, w10) = (entry(0, 1), entry(1, 0));
         let inverse = 1.0 / (w00 * w11 - w01 * w10);
         for stage in 0..S {
-            let row = stage * S..stage * S + stage;
-            let sum = self.combine(&self.tableau.a[row.clone()]);
+            let sum = self.combine(&self.tableau.a[stage]);
             let argument = [0, 1, 2, 3].map(|k| y[k] + sum[k]);
-            let residual = self.combine(&self.tableau.c[row]).map(|sum| sum / h);
+            let residual = self.combine(&self.tableau.c[stage]).map(|sum| sum / h);
             let accelerations = if stage == 0 {
                 first
             } else {
@@ -520,10 +519,9 @@ impl<const S: usize> OneStep for Rosenbrock<S> {
     }
 
     fn finish(&mut self, y: &State, _h: f64, step: &mut Step) {
-        let rows = self.tableau.h.len() / S;
         let mut bends = [[0.0; 4]; 3];
-        for (row, bend) in bends.iter_mut().take(rows).enumerate() {
-            *bend = self.combine(&self.tableau.h[row * S..(row + 1) * S]);
+        for (bend, row) in bends.iter_mut().zip(self.tableau.h) {
+            *bend = self.combine(row);
         }
         // (1-θ) y + θ (end + (1-θ) (K₁ + θ K₂ + θ² K₃)).
         for k in 0..4 {

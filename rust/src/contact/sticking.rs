@@ -83,14 +83,8 @@ pub struct Traction {
 impl Traction {
     /// Names of the numbers in files.
     pub const NAMES: [&str; 8] = [
-        "tangential_stiffness",
-        "tangential_damping",
-        "load",
-        "sliding_direction",
-        "anchor",
-        "arm",
-        "first_turns",
-        "second_turns",
+        "tangential_stiffness", "tangential_damping", "load", "sliding_direction", "anchor", "arm",
+        "first_turns", "second_turns",
     ];
 
     /// The numbers in that order.

@@ -26,7 +26,7 @@ static ROWS: [Weights; SLOPES] = {
     let mut rows = [Weights::sparse(&[]); SLOPES];
     let mut stage = 0;
     while stage < SLOPES {
-        rows[stage] = Weights::sparse(A[stage].split_at(stage).0);
+        rows[stage] = Weights::sparse(A[stage]);
         stage += 1;
     }
     rows

@@ -58,7 +58,7 @@ impl Rosenbrock {
             argument: vec![0.0; n],
             residual: vec![0.0; n],
             a: vec![0.0; d],
-            step: DenseStep::new(n, tableau.h.len() / tableau.stages, tableau.embedded_order, false),
+            step: DenseStep::new(n, tableau.h.len(), tableau.embedded_order, false),
             dense: false,
             linear: Linearization::new(d),
             start: (0.0, vec![0.0; d], vec![0.0; d]),
@@ -83,8 +83,7 @@ impl Rosenbrock {
         v: &[f64],
     ) -> bool {
         let d = self.d;
-        let Tableau { stages, gamma, alpha, d: time_weight, a: a_coefficients, c: c_coefficients, .. } =
-            self.tableau;
+        let Tableau { stages, gamma, alpha, d: time_weight, a, c, .. } = self.tableau;
         let diagonal = h * gamma;
         if !self.factor(linear, diagonal) {
             return false;
@@ -96,10 +95,8 @@ impl Rosenbrock {
         self.step.start[d..].copy_from_slice(v);
         let inverse = 1.0 / h;
         for i in 0..stages {
-            let a_row = &a_coefficients[i * stages..i * stages + i];
-            let c_row = &c_coefficients[i * stages..i * stages + i];
-            self.stages.add(&self.step.start, a_row, &mut self.argument);
-            self.stages.combine_all([Weights::dense(c_row)], &mut self.residual, |[sum]| sum * inverse);
+            self.stages.add(&self.step.start, a[i], &mut self.argument);
+            self.stages.combine_all([Weights::dense(c[i])], &mut self.residual, |[sum]| sum * inverse);
             if i == 0 {
                 self.a.copy_from_slice(&linear.a);
             } else {
@@ -190,10 +187,9 @@ impl Rosenbrock {
         if std::mem::replace(&mut self.dense, true) {
             return;
         }
-        let stages = self.tableau.stages;
         // At least 1: without a degree of freedom there are no rows, and no chunks of length zero.
         let rows = self.step.rows.chunks_exact_mut((2 * self.d).max(1));
-        for (row, weights) in rows.zip(self.tableau.h.chunks_exact(stages)) {
+        for (row, weights) in rows.zip(self.tableau.h) {
             self.stages.combine_all([Weights::dense(weights)], row, |[sum]| sum);
         }
     }

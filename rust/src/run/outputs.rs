@@ -17,16 +17,8 @@ const BODY: [&str; 9] =
     ["x", "y", "angle", "vx", "vy", "angular_velocity", "ax", "ay", "angular_acceleration"];
 /// Quantities of a clearance joint.
 const JOINT: [&str; 10] = [
-    "eccentricity_x",
-    "eccentricity_y",
-    "eccentricity",
-    "penetration",
-    "penetration_rate",
-    "sliding_velocity",
-    "normal_force",
-    "friction_force",
-    "contact",
-    "sticking",
+    "eccentricity_x", "eccentricity_y", "eccentricity", "penetration", "penetration_rate",
+    "sliding_velocity", "normal_force", "friction_force", "contact", "sticking",
 ];
 /// First of these that every contact has: those of a bearing's center come before. The last has one that can stick.
 const FIRST_OF_CONTACT: usize = 3;
@@ -56,14 +48,7 @@ const TORSION: [&str; 2] = ["angle", "torque"];
 const COUPLING: [[&str; 2]; 2] = [["torque", "driver_torque"], ["force", "driver_force"]];
 /// Energies, work and losses of the whole mechanism.
 const ENERGY: [&str; 9] = [
-    "kinetic",
-    "potential",
-    "contact",
-    "total",
-    "input",
-    "impact_loss",
-    "friction_loss",
-    "damping_loss",
+    "kinetic", "potential", "contact", "total", "input", "impact_loss", "friction_loss", "damping_loss",
     "balance",
 ];
 

@@ -59,24 +59,9 @@ pub const TIME: &str = "time";
 
 /// Ends of the names of outputs that follow from the forces.
 const OF_FORCES: [&str; 18] = [
-    "ax",
-    "ay",
-    "angular_acceleration",
-    "acceleration",
-    "reaction_x",
-    "reaction_y",
-    "reaction_torque",
-    "force",
-    "torque",
-    "driver_force",
-    "driver_torque",
-    "power",
-    "normal_force",
-    "friction_force",
-    "penetration",
-    "impact_loss",
-    "friction_loss",
-    "wear",
+    "ax", "ay", "angular_acceleration", "acceleration", "reaction_x", "reaction_y", "reaction_torque",
+    "force", "torque", "driver_force", "driver_torque", "power", "normal_force", "friction_force",
+    "penetration", "impact_loss", "friction_loss", "wear",
 ];
 
 impl Scene {

@@ -38,16 +38,15 @@ fn step(problem: &Constrained, tableau: &Tableau, t: f64, h: f64, y: &Vector) ->
         weights.iter().zip(u).fold(Vector::zeros(n), |sum, (weight, u)| sum + u * *weight)
     };
     for i in 0..s {
-        let row = i * s..i * s + i;
-        let argument = y + combined(&tableau.a[row.clone()], &u);
-        let memory = combined(&tableau.c[row], &u) / h;
+        let argument = y + combined(&tableau.a[i], &u);
+        let memory = combined(&tableau.c[i], &u) / h;
         let rhs =
             (problem.f)(t + tableau.alpha[i] * h, &argument) + &mass * memory + &f_t * (h * tableau.d[i]);
         u.push(lu.solve(&rhs).expect("regular"));
     }
     let end = y + combined(tableau.m, &u);
     let inside = [0.25, 0.5, 0.75].map(|theta: f64| {
-        let rows = tableau.h.chunks_exact(s).enumerate();
+        let rows = tableau.h.iter().enumerate();
         let sum = rows.fold(Vector::zeros(n), |sum, (r, row)| sum + combined(row, &u) * theta.powi(r as i32));
         y * (1.0 - theta) + (&end + sum * (1.0 - theta)) * theta
     });

@@ -58,8 +58,8 @@ struct Classical {
 impl Classical {
     fn new(tableau: &Tableau) -> Self {
         let s = tableau.stages;
-        let c = DMatrix::from_row_slice(s, s, tableau.c);
-        let a = DMatrix::from_row_slice(s, s, tableau.a);
+        let lower = |rows: &[&[f64]]| DMatrix::from_fn(s, s, |i, j| if j < i { rows[i][j] } else { 0.0 });
+        let (a, c) = (lower(tableau.a), lower(tableau.c));
         let gamma = (DMatrix::identity(s, s) / tableau.gamma - c).try_inverse().expect("triangular");
         let alpha = a * &gamma;
         let beta = &alpha + &gamma;
@@ -166,9 +166,9 @@ fn gate_01_the_dense_output_is_of_the_claimed_order_everywhere_in_the_step() {
         for k in 1..20 {
             let theta = f64::from(k) / 20.0;
             let mut weights: Vec<f64> = tableau.m.iter().map(|m| theta * m).collect();
-            for (r, row) in tableau.h.chunks_exact(tableau.stages).enumerate() {
+            for (r, row) in tableau.h.iter().enumerate() {
                 let factor = theta * (1.0 - theta) * theta.powi(r as i32);
-                weights.iter_mut().zip(row).for_each(|(weight, h)| *weight += factor * h);
+                weights.iter_mut().zip(*row).for_each(|(weight, h)| *weight += factor * h);
             }
             let residuals = classical.residuals(&classical.weights(&weights), theta);
             largest = largest.max(worst(&residuals, dense));

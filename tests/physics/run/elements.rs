@@ -299,13 +299,8 @@ fn a_driven_cart_needs_the_force_of_its_inertia() {
     let (amplitude, w) = (0.2, 6.0);
     let scene = driven_cart(amplitude, w, false);
     let outputs = [
-        "rail.displacement",
-        "rail.velocity",
-        "rail.acceleration",
-        "drive.force",
-        "drive.power",
-        "rail.reaction_x",
-        "rail.reaction_y",
+        "rail.displacement", "rail.velocity", "rail.acceleration", "drive.force", "drive.power",
+        "rail.reaction_x", "rail.reaction_y",
     ];
     compare(&scene, 1.0, &outputs, &[0.2, 1.2, 7.2, 15.0, 18.0, 15.0, 20.0], |t| {
         let (sine, cosine) = (w * t + 0.5).sin_cos();

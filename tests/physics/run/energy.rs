@@ -88,13 +88,7 @@ fn imbalance(scene: &Scene, duration: f64, rtol: f64, method: Method) -> f64 {
         method,
         outputs: Some(
             [
-                "balance",
-                "kinetic",
-                "potential",
-                "contact",
-                "input",
-                "impact_loss",
-                "friction_loss",
+                "balance", "kinetic", "potential", "contact", "input", "impact_loss", "friction_loss",
                 "damping_loss",
             ]
             .map(|name| format!("energy.{name}"))

@@ -411,15 +411,9 @@ fn all_problems_of_all_elements_are_told_at_once() {
     let error = read_scene(&text).unwrap_err();
     let paths: Vec<&str> = error.problems.iter().map(|problem| problem.path.as_str()).collect();
     for path in [
-        "forces[0].stiffness",
-        "forces[1].damping",
-        "forces[2].a",
-        "forces[4].x.amplitude",
-        "forces[5].torque.points",
-        "drives[0].motion.amplitude",
-        "drives[0].motion.amplitud",
-        "start[0].joint",
-        "start[2].eccentricity",
+        "forces[0].stiffness", "forces[1].damping", "forces[2].a", "forces[4].x.amplitude",
+        "forces[5].torque.points", "drives[0].motion.amplitude", "drives[0].motion.amplitud",
+        "start[0].joint", "start[2].eccentricity",
     ] {
         assert_eq!(paths.iter().filter(|other| **other == path).count(), 1, "{path} in {paths:?}");
     }

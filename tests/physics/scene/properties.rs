@@ -39,15 +39,7 @@ fn number() -> impl Strategy<Value = f64> {
 /// A JSON value of any kind, nested up to four times.
 fn any_value() -> impl Strategy<Value = Value> {
     let words = [
-        "ground",
-        "ground.O",
-        "crank.A",
-        "type",
-        "revolute",
-        "clearance_revolute",
-        "",
-        ".",
-        "a.b.c",
+        "ground", "ground.O", "crank.A", "type", "revolute", "clearance_revolute", "", ".", "a.b.c",
         "\u{202e}",
     ];
     let leaf = prop_oneof![
