@@ -49,6 +49,13 @@ impl Mechanism {
         warnings.extend(warning_of_equilibrium(&tree, &start, &scales, scene));
         Ok(Mechanism { tree, start, scales, branch, warnings })
     }
+
+    /// Kinetic energy at the speed of the mechanism [J]. Energies are differences of terms of this size, whatever of it is
+    /// exchanged.
+    pub(crate) fn energy_scale(&self) -> f64 {
+        let mass: f64 = self.tree.bodies.iter().map(|body| body.mass).sum();
+        0.5 * mass * self.scales.speed * self.scales.speed
+    }
 }
 
 /// Bodies, joints and forces of a mechanism are those of its tree.

@@ -10,6 +10,11 @@ use crate::run::work::pace::continued;
 /// Largest rotation of a drive [rad] in one step of the continuation of the kinematic solution. The error of
 /// the initial guess is then a few thousandths of the size of the mechanism, far from any other branch.
 const LARGEST_ROTATION: f64 = 0.05;
+/// Error of the work of a piece above which the piece is halved, relative to the energies and to the work of the drives.
+/// A coordinate may run through a peak of its velocity while the drives hardly move.
+const WORK_ERROR: f64 = 1e-9;
+/// Halvings of a piece after which it counts as it is: next to a singular configuration powers have no bound.
+const HALVINGS: u32 = 24;
 
 /// The motion of a mechanism that its drives prescribe completely, from an instant [s] to `end`;
 /// nothing is integrated.
@@ -132,17 +137,47 @@ fn first_switch(motion: &mut Motion, t: f64, to: f64, q: &[f64], v: &[f64]) -> O
 
 /// The same as [`go_on`] where no force switches.
 fn go_on_smoothly(motion: &mut Motion, t: f64, to: f64, q: &mut [f64], v: &mut [f64]) -> bool {
-    let nodes = if motion.counts_work { &GAUSS[..] } else { &[] };
-    let mut reached = t;
-    for &(place, weight) in nodes {
+    if motion.counts_work { work_on(motion, t, to, q, v, HALVINGS) } else { follow(motion, t, to, q, v) }
+}
+
+/// The same with the work, in pieces over which it equals the change of the energy.
+fn work_on(motion: &mut Motion, t: f64, to: f64, q: &mut [f64], v: &mut [f64], halvings: u32) -> bool {
+    let (start_q, start_v, before) = (q.to_vec(), v.to_vec(), motion.work.clone());
+    motion.dynamics.move_to(t, q, v);
+    let start = [motion.dynamics.kinetic_energy(), motion.dynamics.potential_energy()];
+    let (mut reached, mut turnover) = (t, 0.0);
+    for (place, weight) in GAUSS {
         let node = t + place * (to - t);
         if !follow(motion, reached, node, q, v) {
             return false;
         }
         reached = node;
         motion.add_work(node, q, v, weight * (to - t));
+        let drives = 0..motion.mechanism.driven.len();
+        let powers: f64 = drives.map(|drive| motion.dynamics.drive_power(drive).abs()).sum();
+        turnover += weight * (to - t) * powers;
     }
-    follow(motion, reached, to, q, v)
+    if !follow(motion, reached, to, q, v) {
+        return false;
+    }
+    motion.dynamics.move_to(to, q, v);
+    let end = [motion.dynamics.kinetic_energy(), motion.dynamics.potential_energy()];
+    let work = motion.work.input - before.input - (motion.work.losses() - before.losses());
+    let error = (end[0] + end[1] - start[0] - start[1] - work).abs();
+    let size = start
+        .iter()
+        .chain(&end)
+        .fold(turnover.max(motion.mechanism.energy_scale()), |size, energy| size.max(energy.abs()));
+    // Not where the work is unknown.
+    if halvings > 0 && error > WORK_ERROR * size {
+        let middle = 0.5 * (t + to);
+        q.copy_from_slice(&start_q);
+        v.copy_from_slice(&start_v);
+        motion.work = before;
+        return work_on(motion, t, middle, q, v, halvings - 1)
+            && work_on(motion, middle, to, q, v, halvings - 1);
+    }
+    true
 }
 
 /// Moves a state that closes the loops at `from` to one that closes them at `t`.

@@ -1,6 +1,7 @@
 """Gears, racks, belts, cams: coordinates that follow others, against closed forms."""
 
 import math
+from dataclasses import replace
 
 import chebclear as cc
 import numpy as np
@@ -169,6 +170,25 @@ def test_the_force_of_a_cam_is_that_of_its_law(method, law, tolerance):
         assert run["cam.driver_torque"] == pytest.approx(-slope * run["cam.force"], abs=tolerance)
     assert driven["motor.torque"] == pytest.approx(-driven["cam.driver_torque"], abs=1e-12)
     assert abs(free["energy.balance"]).max() < 1e-7 * abs(free["energy.total"]).max()
+
+
+@pytest.mark.parametrize("lowest", [1e-3, 1e-5, 1e-7])
+def test_a_cam_that_is_driven_backwards_near_its_dwell_takes_the_work_of_its_kinetic_energy(lowest):
+    # The lift falls from 8 mm to the lowest and rises again: the cam turns back there in next to no time.
+    lift, amplitude, speed = 0.01, 0.004, 10.0
+    motion = Motion("d", "slide", f"{lowest} + {amplitude}*(1 + cos({speed}*time))")
+    cam = Coupling("cam", "slide.displacement", "p.angle", f"{lift}*(1 - cos(p.angle))")
+    scene = wheels(cam, drives=[motion])
+    scene = replace(scene, bodies=[replace(scene.bodies[0], angle=1.4), *scene.bodies[1:]])
+    time = np.linspace(0.0, 0.6, 61)
+    run = cc.simulate(scene, duration=0.6, samples=61, outputs=["energy.*", "p.angular_velocity"])
+    raised = lowest + amplitude * (1.0 + np.cos(speed * time))
+    rate = -amplitude * speed * np.sin(speed * time)
+    turning = rate / np.sqrt(raised * (2.0 * lift - raised))
+    kinetic = 0.5 * 2.0 * rate**2 + 0.5 * 0.01 * turning**2
+    assert run["p.angular_velocity"] == pytest.approx(turning, abs=1e-9 * abs(turning).max())
+    assert abs(run["energy.input"] - (kinetic - kinetic[0])).max() < 1e-7 * kinetic.max()
+    assert abs(run["energy.balance"]).max() < 1e-7 * kinetic.max()
 
 
 def test_a_geneva_wheel_goes_on_by_a_quarter_every_turn():

@@ -175,13 +175,10 @@ impl Balance {
     /// The balance at the start of a run of a mechanism, at an instant [s].
     pub(crate) fn new(mechanism: &Mechanism, settings: &Settings, begin: f64) -> Self {
         let [least, most] = LARGEST_GAP;
-        // Energies are differences of terms of this size, whatever of it is exchanged.
-        let mass: f64 = mechanism.bodies.iter().map(|body| body.mass).sum();
-        let energy = 0.5 * mass * mechanism.scales.speed * mechanism.scales.speed;
         Self {
             run: [begin, settings.skip + settings.duration],
             limit: settings.rtol.clamp(least, most),
-            least_rounding: ROUNDING * energy,
+            least_rounding: ROUNDING * mechanism.energy_scale(),
             slides: vec![Slide { velocity: 1.0, rate: 0.0 }; mechanism.slots.len()],
             ..Self::default()
         }
