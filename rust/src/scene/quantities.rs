@@ -81,6 +81,12 @@ impl Scene {
                  their velocities, lengths of springs and {TIME:?} are accepted"
             ));
         }
+        // Where a part of the scene is named, its own quantities say more than the nearest name of all.
+        let parts = known.iter().filter_map(|(name, _)| name.rsplit_once('.'));
+        let own = parts.filter(|(other, _)| *other == owner).map(|(_, quantity)| quantity);
+        if own.clone().next().is_some() {
+            return Err(format!("{owner:?} has no quantity {last:?}{}", meant_or_known(last, own)));
+        }
         let hint = meant_or_known(name, known.iter().map(|(name, _)| name.as_str()));
         Err(format!("unknown quantity {name:?}{hint}"))
     }
