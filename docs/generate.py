@@ -46,7 +46,7 @@ def outputs_page() -> str:
     scene = crank()
     facts = scene.check()
     rows = {}
-    for name in (*facts.columns, *facts.further_columns):
+    for name in (*facts.columns, *facts.further_columns, facts.sector_columns[0]):
         owner, _, kind = name.partition(".")
         kinds = {"slider": "BODY", "wrist": "CLEARANCE_JOINT", "guide": "JOINT", "drive": "DRIVE"}
         if owner in kinds:

@@ -96,8 +96,10 @@ def column_index(columns: Sequence[str], name: str, scene: Scene | None = None) 
     """Index of a column; a KeyError that suggests the nearest name of the scene if there is none."""
     if isinstance(name, str) and name in columns:
         return columns.index(name)
-    known = () if scene is None else scene.check().columns + scene.check().further_columns
-    if isinstance(name, str) and name in known:
+    facts = None if scene is None else scene.check()
+    known = () if facts is None else facts.columns + facts.further_columns
+    sectors = () if facts is None else facts.sector_columns
+    if isinstance(name, str) and (name in known or name in sectors):
         raise UnknownNameError(f'"{name}" was not recorded: add it to the outputs')
     hint = near_output(name, columns) or output_meant(name, known or columns)
     raise UnknownNameError(f'unknown column "{name}"{hint}')

@@ -233,7 +233,9 @@ class Settings(Shown):
         checks = Checks()
         names: dict[str, None] = {}
         for name in self.outputs:
-            found = [name] if name in columns else matching(columns, name)
+            # Wear by sector is long: it is no part of what "wrist.*" matches.
+            exact = name in columns or name in facts.sector_columns
+            found = [name] if exact else matching(columns, name) or matching(facts.sector_columns, name)
             if not found:
                 checks.add(f'unknown output "{name}"{output_meant(name, columns)}')
             names |= dict.fromkeys(found)

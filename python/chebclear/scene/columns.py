@@ -73,7 +73,13 @@ def column_unit(name: str) -> str:
     """
     if name.startswith("energy."):  # the only owner of that name
         return "J"
-    return _COLUMNS.get(name.rpartition(".")[2], ("", ""))[0]
+    return _COLUMNS.get(_quantity_and_sector(name.rpartition(".")[2])[0], ("", ""))[0]
+
+
+def _quantity_and_sector(quantity: str) -> tuple[str, str]:
+    """The quantity of an output of a sector and the number of the sector; otherwise the quantity alone."""
+    whole, _, sector = quantity.rpartition("_")
+    return (whole, sector) if whole == "wear" and sector.isdigit() else (quantity, "")
 
 
 _ENERGIES = {
@@ -110,9 +116,11 @@ def column_words(name: str) -> str:
     owner, _, quantity = name.rpartition(".")
     if owner == "energy" and quantity in _ENERGIES:
         return _ENERGIES[quantity]
+    quantity, sector = _quantity_and_sector(quantity)
     if not owner or quantity not in _COLUMNS:
         return plain_words(name)
-    return f"{_COLUMNS[quantity][1]} {plain_words(owner)}"
+    where = f", sector {sector}" if sector else ""
+    return f"{_COLUMNS[quantity][1]} {plain_words(owner)}{where}"
 
 
 def plain_words(name: str) -> str:

@@ -320,6 +320,9 @@ class Inspection(Shown):
         Names of the default outputs of a simulation: of bodies, clearance joints and drives.
     further_columns : tuple[str, ...]
         Names of outputs on request: of points, joint coordinates, reactions and energies.
+    sector_columns : tuple[str, ...]
+        Names of the wear of every revolute joint with clearance by the sectors of its bearing, such as
+        ``"wrist.wear_0"``: outputs on request too, which only patterns such as ``"wrist.wear_*"`` match.
     bodies : tuple[str, ...]
         Names of the bodies.
     poses : tuple[tuple[float, float, float], ...]
@@ -342,6 +345,7 @@ class Inspection(Shown):
     coordinates: tuple[str, ...]
     columns: tuple[str, ...]
     further_columns: tuple[str, ...]
+    sector_columns: tuple[str, ...]
     bodies: tuple[str, ...]
     poses: tuple[tuple[float, float, float], ...]
     cut_joints: tuple[str, ...]

@@ -19,6 +19,9 @@ use crate::numerics::dual::{Dual, Scalar};
 /// the square of its inverse is a number.
 const CONCENTRIC: f64 = 1e-140;
 
+/// Sectors of a bearing without a worn profile: one for every five degrees.
+const SECTORS: usize = 72;
+
 /// Convention of the sliding velocity of a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SlidingVelocity {
@@ -193,6 +196,14 @@ impl ContactLaw {
         match self.surfaces {
             Surfaces::Bearing { bearing_radius, journal_radius } => [bearing_radius, journal_radius],
             Surfaces::Face(face) => [face.radius, face.radius],
+        }
+    }
+
+    /// Sectors of a bearing into which its wear is divided; none at a face.
+    pub fn sectors(&self) -> usize {
+        match self.surfaces {
+            Surfaces::Bearing { .. } => SECTORS,
+            Surfaces::Face(_) => 0,
         }
     }
 

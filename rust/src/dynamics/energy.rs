@@ -6,6 +6,8 @@
 //!
 //! holds exactly for exact solutions of the equations of motion, whatever the laws.
 
+use std::f64::consts::TAU;
+
 use super::{Dynamics, SlotContact};
 use crate::contact::pair::{Phase, SlidingVelocity};
 use crate::contact::sticking::Traction;
@@ -161,6 +163,22 @@ impl Dynamics<'_> {
             friction: -state.friction_force * state.sliding_velocity,
             wear: state.normal_force.max(0.0) * state.sliding_velocity.abs(),
         }
+    }
+
+    /// Adds the wear of a contact over a time `dt` [s] to the sectors of its bearing in which the surfaces touch; after
+    /// [`Dynamics::find_contacts`]. Sectors count from the x axis of the body of the bearing, counterclockwise.
+    pub fn add_wear_by_sector(&self, index: usize, dt: f64, sectors: &mut [f64]) {
+        let wear = self.contact_loss(index).wear * dt;
+        if sectors.is_empty() || wear == 0.0 {
+            return;
+        }
+        let slot = &self.tree.slots[index];
+        let angle = slot.bodies[0].map_or(0.0, |body| self.tree.bodies[body].angle)
+            + self.states[slot.points[0].frame].angle;
+        let [x, y] = self.contacts[index].motion.eccentricity;
+        let turns = (y.atan2(x) - angle) / TAU;
+        let count = sectors.len();
+        sectors[(turns.rem_euclid(1.0) * count as f64) as usize % count] += wear;
     }
 
     /// Power of the drives, of the applied forces and torques and of further tensions [W]; after

@@ -13,7 +13,7 @@ use super::{abandoned_on_signal, input_error, stats, wait_for};
 use crate::dynamics::Dynamics;
 use crate::mechanism::compiled::Mechanism;
 use crate::mechanism::small_motions::small_motions;
-use crate::run::outputs::{column_names, further_column_names};
+use crate::run::outputs::{column_names, further_column_names, sector_column_names};
 use crate::run::restart::Restart;
 use crate::run::settings::read_settings;
 use crate::run::tolerances::default_impact_velocity_floors;
@@ -71,6 +71,7 @@ impl CompiledMechanism {
             "warnings": mechanism.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
             "columns": column_names(mechanism),
             "further_columns": further_column_names(mechanism),
+            "sector_columns": sector_column_names(mechanism),
             "branch": mechanism.branch,
         });
         description.to_string()

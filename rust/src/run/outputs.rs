@@ -83,6 +83,8 @@ pub enum Column {
     Coupling(usize, usize),
     /// Loss of a contact slot.
     Loss(usize, usize),
+    /// Wear of a slot in a sector of its bearing.
+    SectorWear(usize, usize),
     /// Energy, work or loss of the whole mechanism.
     Energy(usize),
 }
@@ -177,6 +179,31 @@ fn further_columns(mechanism: &Mechanism) -> Vec<Named> {
     columns
 }
 
+/// Names of the columns of wear by sector, which a run has only where they are asked for as such.
+pub fn sector_column_names(mechanism: &Mechanism) -> Vec<String> {
+    sector_columns(mechanism).map(|(name, _)| name).collect()
+}
+
+fn sector_columns(mechanism: &Mechanism) -> impl Iterator<Item = Named> {
+    mechanism.slots.iter().enumerate().flat_map(|(index, slot)| {
+        let wear = LOSS[2];
+        (0..slot.law.sectors())
+            .map(move |sector| (format!("{}.{wear}_{sector}", slot.name), Column::SectorWear(index, sector)))
+    })
+}
+
+/// Zeros for the sectors of every slot of which a column asks for one; nothing where none does.
+pub(crate) fn asked_sectors(mechanism: &Mechanism, columns: &[Column]) -> Vec<Vec<f64>> {
+    let mut sectors = Vec::new();
+    for column in columns {
+        if let Column::SectorWear(slot, _) = *column {
+            sectors.resize(mechanism.slots.len(), Vec::new());
+            sectors[slot].resize(mechanism.slots[slot].law.sectors(), 0.0);
+        }
+    }
+    sectors
+}
+
 /// The columns with the given names.
 ///
 /// # Errors
@@ -187,6 +214,7 @@ pub fn parse_columns(mechanism: &Mechanism, names: &[String]) -> Result<Vec<Colu
     let is_usual = |name: &String| known.iter().any(|(other, _)| other == name);
     if !names.iter().all(is_usual) {
         known.extend(further_columns(mechanism));
+        known.extend(sector_columns(mechanism));
     }
     let mut problems = Vec::new();
     let mut columns = Vec::with_capacity(names.len());
@@ -230,7 +258,7 @@ impl Needs {
                 Column::Drive(_) | Column::DrivePower(_) | Column::Reaction(..) | Column::Coupling(..) => {
                     needs.reactions = true;
                 }
-                Column::Loss(..) => needs.work = true,
+                Column::Loss(..) | Column::SectorWear(..) => needs.work = true,
                 Column::Energy(quantity) => {
                     needs.contacts = true;
                     needs.work |= *quantity >= 4;
@@ -290,6 +318,7 @@ impl Column {
                 let loss = work.contacts[index];
                 [loss.impact, loss.friction - dynamics.carried_energy(index), loss.wear][quantity]
             }
+            Column::SectorWear(index, sector) => work.sectors[index][sector],
             Column::Energy(quantity) => energy_value(dynamics, work, quantity),
         }
     }

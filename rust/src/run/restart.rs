@@ -257,6 +257,7 @@ fn read_work(node: Node, problems: &mut Problems) -> Work {
                 ContactLoss::default()
             }
         }),
+        sectors: Vec::new(),
     };
     fields.finish(problems);
     work

@@ -16,7 +16,7 @@ use crate::run::contacts::switches::{cross_switch, switch_guard};
 use crate::run::contacts::{Event, EventKind};
 use crate::run::features::Plan;
 use crate::run::motion::Motion;
-use crate::run::outputs::{Column, Needs};
+use crate::run::outputs::{Column, Needs, asked_sectors};
 use crate::run::restart::Memory;
 use crate::run::samples::Samples;
 use crate::run::settings::Settings;
@@ -75,9 +75,11 @@ impl<'a> System<'a> {
     ) -> Self {
         let joints = mechanism.slots.len();
         let counts_work = Needs::of(&table.0).work || plan.needs.work;
+        let mut motion = Motion::new(mechanism, counts_work, monitor);
+        motion.work.sectors = asked_sectors(mechanism, &table.0);
         let samples = Samples::new(settings, table, from);
         Self {
-            motion: Motion::new(mechanism, counts_work, monitor),
+            motion,
             settings,
             tolerances: Tolerances::new(mechanism, start, settings),
             demands: StepDemands::new(joints),
@@ -126,7 +128,10 @@ impl<'a> System<'a> {
         self.motion.inside.turns.clone_from(&memory.turns);
         self.log.open.clone_from(&memory.contacts);
         match &memory.work {
-            Some(work) => self.motion.work.clone_from(work),
+            Some(work) => {
+                let sectors = std::mem::take(&mut self.motion.work.sectors);
+                self.motion.work = Work { sectors, ..work.clone() };
+            }
             None if self.motion.counts_work => self.forget_work(),
             None => {}
         }
@@ -135,7 +140,8 @@ impl<'a> System<'a> {
     /// Work and losses count from the start of the first run: they are NaN if one of the runs before did not
     /// integrate them.
     fn forget_work(&mut self) {
-        self.motion.work = Work::unknown(self.log.open.len());
+        let sectors = std::mem::take(&mut self.motion.work.sectors);
+        self.motion.work = Work { sectors, ..Work::unknown(self.log.open.len()) };
         self.warnings.push(Notice {
             code: "work_unknown",
             about: None,
@@ -153,7 +159,8 @@ impl<'a> System<'a> {
             phases: dynamics.phases.clone(),
             contacts: self.log.open.clone(),
             turns: dynamics.turns.clone(),
-            work: (*counts_work && !work.input.is_nan()).then(|| work.clone()),
+            work: (*counts_work && !work.input.is_nan())
+                .then(|| Work { sectors: Vec::new(), ..work.clone() }),
         }
     }
 

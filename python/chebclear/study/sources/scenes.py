@@ -280,7 +280,7 @@ class SceneRuns:
                         scene = self._limited(self._scene, at_end)
                     try:
                         facts = scene.check()
-                        known = facts.columns + facts.further_columns
+                        known = facts.columns + facts.further_columns + facts.sector_columns
                         lacking = [column for column in self.columns if column not in known]
                         if lacking:
                             message = (

@@ -32,6 +32,9 @@ pub struct Work {
     /// Losses of every clearance joint, that of friction with the energy that a contact carries along; wear is ∫ F_N |v_T| dt [N m], which Archard's law multiplies
     /// by its coefficient.
     pub contacts: Vec<ContactLoss>,
+    /// The wear of every slot by the sectors of its bearing [N m], empty for those that no output asks for; of no slot where
+    /// none does. Counts from the start of this run, also where it continues another.
+    pub sectors: Vec<Vec<f64>>,
 }
 
 impl Work {
@@ -43,7 +46,8 @@ impl Work {
     /// Unknown work and losses (NaN), for `joints` clearance joints.
     pub fn unknown(joints: usize) -> Self {
         let loss = ContactLoss { impact: f64::NAN, friction: f64::NAN, wear: f64::NAN };
-        Self { start_energy: f64::NAN, input: f64::NAN, damping: f64::NAN, contacts: vec![loss; joints] }
+        let contacts = vec![loss; joints];
+        Self { start_energy: f64::NAN, input: f64::NAN, damping: f64::NAN, contacts, sectors: Vec::new() }
     }
 
     /// Records the energy of the present state as that of the start.
@@ -70,6 +74,9 @@ impl Work {
             sum.impact += loss.impact * dt;
             sum.friction += loss.friction * dt;
             sum.wear += loss.wear * dt;
+        }
+        for (index, sectors) in self.sectors.iter_mut().enumerate() {
+            dynamics.add_wear_by_sector(index, dt, sectors);
         }
     }
 }
