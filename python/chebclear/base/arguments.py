@@ -85,11 +85,8 @@ def as_whole(value: object) -> int | None:
 class Checks:
     """Collects the problems of the arguments of a call and raises them together.
 
-    Parameters
-    ----------
-    error : type of InputError, optional
-        The exception to raise, with the names of the arguments as paths; ArgumentError or ArgumentTypeError
-        if not given.
+    They are raised as an ArgumentError or ArgumentTypeError, or as the given kind of InputError, with the
+    names of the arguments as paths.
 
     Examples
     --------

@@ -45,13 +45,10 @@ def package_version() -> str:
 
 
 class Stacked:
-    """Arrays that are written as one without making it: some after each other, each of some side by side.
+    """Arrays that are written as one without making it.
 
-    Parameters
-    ----------
-    parts : sequence of sequence of ndarray
-        The parts follow each other along the first axis; the arrays of a part, of one shape, stand side by
-        side on a new last axis.
+    Its parts follow each other along the first axis; the arrays of a part, of one shape, stand side by side
+    on a new last axis.
     """
 
     def __init__(self, parts: Sequence[Sequence[NDArray[np.float64]]]) -> None:
@@ -118,19 +115,10 @@ DAMAGE = (ValueError, EOFError, OSError, RuntimeError, SyntaxError, TokenError, 
 
 
 def sound(record: Record, **shapes: tuple[int, ...]) -> Record:
-    """A record made of what a file says, if its fields have the types that it declares.
+    """A record made of what a file says, if its fields have the declared types and its arrays these shapes.
 
-    Parameters
-    ----------
-    record : dataclass instance
-        The record; the records in its fields, and in sequences and mappings of them, are looked at as well.
-    **shapes : tuple of int
-        Shapes of its arrays.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If one has another type or shape.
+    Records in its fields, and in sequences and mappings of them, are looked at as well. Raises a TypeError or
+    ValueError.
     """
     for item in dataclasses.fields(record):
         value = getattr(record, item.name)
@@ -203,14 +191,9 @@ _MOST_PACKED, _LEAST_PACKED = 1032, 1000
 
 
 def member_header(archive: Any, name: str) -> tuple[tuple[int, ...], np.dtype[Any]]:
-    """Shape and type of an array of an archive that holds as many bytes as they need.
+    """Shape and type of an array of an archive that holds as many bytes as they need, else a ValueError.
 
     NumPy asks for the memory of whatever a header says before it reads on.
-
-    Raises
-    ------
-    ValueError, KeyError
-        If it holds more or less, or if there is no such array.
     """
     member = archive.zip.getinfo(f"{name}.npy")
     with archive.zip.open(member) as file:
@@ -246,13 +229,7 @@ class _Members(dict[str, Any]):
 
 
 def kind_of(path: str | os.PathLike[str]) -> str:
-    """The kind of content of a file that `save` wrote.
-
-    Raises
-    ------
-    ValueError
-        If `save` did not write it, or a later version of it did.
-    """
+    """The kind of content of a file that `save` wrote, else a ValueError, as of a later version."""
     with _opened(path) as (_, facts):
         return str(facts["kind"])
 

@@ -16,21 +16,9 @@ def with_fields(
 ) -> Callable[[Documented], Documented]:
     """Give a function or class of ``**options`` the signature and the documentation of fields of a record.
 
-    Parameters
-    ----------
-    record : type
-        The dataclass that declares the fields, with a section "Parameters" in its docstring.
-    options : type
-        A TypedDict: those of its fields that are accepted as keywords.
-    marker : str
-        Line of the docstring that is replaced by the documentation of the fields.
-    further : collection of str
-        Fields that are parameters of the function itself, to be documented as well.
-
-    Returns
-    -------
-    callable
-        A decorator.
+    The fields named in the TypedDict `options` are accepted as keywords; those and `further` ones, parameters
+    of the function itself, are documented in the line `marker` of the docstring, with what the section
+    "Parameters" of the dataclass `record` says of them.
     """
     fields = {item.name: item for item in dataclasses.fields(record)}
 

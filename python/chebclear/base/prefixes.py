@@ -17,18 +17,6 @@ _LEAST = -12
 def prefix_of(size: float, unit: str) -> tuple[float, str]:
     """Factor and unit in which a quantity of some size has one to three digits before the point.
 
-    Parameters
-    ----------
-    size : float
-        Size of the quantity in the unit.
-    unit : str
-        SI unit; one that takes no prefix is returned unchanged.
-
-    Returns
-    -------
-    tuple of float and str
-        The factor, and the unit of the product.
-
     Examples
     --------
     >>> prefix_of(2.5e-5, "m"), prefix_of(2310.0, "N"), prefix_of(2310.0, "m/s²"), prefix_of(0.02, "rad/s")
@@ -45,22 +33,7 @@ def prefix_of(size: float, unit: str) -> tuple[float, str]:
 
 
 def format_quantity(value: float, unit: str, digits: int = 3, scale: float = 0.0) -> str:
-    """A number with its unit, with a prefix where the unit takes one.
-
-    Parameters
-    ----------
-    value : float
-        In the unit.
-    unit : str
-        SI unit; ``"-"`` and ``""`` are not written.
-    digits : int
-        Significant digits.
-    scale : float
-        The largest of the quantity, whose rounding is shown as 0; not known if 0.
-
-    Returns
-    -------
-    str
+    """A number with its SI unit, with a prefix where that takes one; the rounding of a `scale` is 0.
 
     Examples
     --------
@@ -75,16 +48,7 @@ def format_quantity(value: float, unit: str, digits: int = 3, scale: float = 0.0
 
 
 def format_exact(value: float, unit: str, size: float | None = None) -> str:
-    """A number as it was given, with up to six digits and no zeros at its end.
-
-    Parameters
-    ----------
-    value : float
-        In the unit.
-    unit : str
-        SI unit; ``"-"`` and ``""`` are not written.
-    size : float, optional
-        Size of the quantity whose prefix is taken; that of the number if not given.
+    """A number as it was given, with up to six digits, no zeros at its end, and the prefix of a `size`.
 
     Examples
     --------

@@ -12,16 +12,7 @@ ROUNDING = 1e-14
 
 
 def without_rounding(value: float, scale: float) -> float:
-    """The number, or 0 where it is no more than the rounding of numbers of a scale.
-
-    Only for numbers that are shown: results keep what was computed.
-
-    Parameters
-    ----------
-    value : float
-        The number, in any unit.
-    scale : float
-        The largest of the quantity, in that unit.
+    """The number, or 0 where it is only the rounding of numbers of a scale; results keep what was computed.
 
     Examples
     --------
@@ -45,21 +36,7 @@ def format_ends(lower: float, upper: float, digits: int = 6) -> str:
 
 
 def format_number(value: float, digits: int = 3, scale: float = 0.0) -> str:
-    """A number with a fixed count of significant digits.
-
-    Parameters
-    ----------
-    value : float
-        The number, in any unit.
-    digits : int
-        Significant digits, trailing zeros included.
-    scale : float
-        The largest of the quantity, whose rounding is shown as 0; not known if 0.
-
-    Returns
-    -------
-    str
-        Plain decimal notation from 1e-4 to 1e6, powers of ten outside; ``"-"`` if there is no number (NaN).
+    """A number with so many significant digits, plain from 1e-4 to 1e6; the rounding of a `scale` is 0.
 
     Examples
     --------
@@ -93,25 +70,7 @@ def shown_by_spreadsheets(cell: Any) -> Any:
 
 
 def markdown_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A Markdown table: the first column to the left, the others to the right.
-
-    Parameters
-    ----------
-    header : sequence of str
-        Titles of the columns, with units.
-    rows : iterable of sequence of str
-        Cells; every row as long as the header.
-
-    Returns
-    -------
-    str
-        The table, padded to be legible as plain text, without a final line break.
-
-    Raises
-    ------
-    ValueError
-        If a row is not as long as the header.
-    """
+    """A Markdown table, padded: the first column to the left, the others to the right."""
     table = [[cell.replace("|", "\\|") for cell in row] for row in [header, *rows]]
     for row in table:
         if len(row) != len(header):
@@ -129,18 +88,6 @@ def markdown_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 def format_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A table of plain text: the first column to the left, the others to the right.
-
-    Parameters
-    ----------
-    header : sequence of str
-        Titles of the columns, with units.
-    rows : iterable of sequence of str
-        Cells; every row as long as the header.
-
-    Returns
-    -------
-    str
-        The table without a final line break.
 
     Examples
     --------

@@ -168,17 +168,9 @@ def with_blank(text: str) -> str:
 
 
 def parse_unit(text: str) -> Unit:
-    """The unit that a text such as ``"N m/rad"``, ``"kg*m^2"`` or ``"m/s2"`` stands for.
+    """The unit that a text such as ``"N m/rad"``, ``"kg*m^2"`` or ``"m/s2"`` stands for, or a UnitError.
 
-    Parameters
-    ----------
-    text : str
-        Symbols with powers; spaces or ``*`` multiply, what follows one ``/`` divides.
-
-    Raises
-    ------
-    UnitError
-        If a symbol is unknown, or degrees or revolutions are part of a power or come twice.
+    Spaces or ``*`` multiply, what follows one ``/`` divides. Degrees and revolutions have no powers.
     """
     above, *below = text.translate(_RAISED).split("/")
     if len(below) > 1:
@@ -210,20 +202,10 @@ def parse_unit(text: str) -> Unit:
 
 
 def convert(text: str, unit: str) -> float:
-    """A quantity in the SI unit of its place.
+    """A quantity, as ``"20 um"``, in the SI unit of its place, as ``"m"`` or ``"rad or m"``; else a
+    UnitError.
 
-    Parameters
-    ----------
-    text : str
-        A number, a space and a unit.
-    unit : str
-        Unit of the place as the documentation writes it, such as ``"m"``, ``"rad or m"``; ``"unit"`` and
-        whatever else is no known unit accepts any dimension, ``"-"`` a plain ratio.
-
-    Raises
-    ------
-    UnitError
-        If the text is no quantity or has another dimension.
+    ``"unit"`` and whatever else is no known unit accepts any dimension, ``"-"`` a plain ratio.
 
     Examples
     --------
@@ -281,14 +263,7 @@ def _near(text: str, known: Iterable[str]) -> str:
 
 
 def written(value: float, unit: str) -> str:
-    """A number in SI units as it is read: in its own unit, with six digits.
-
-    Parameters
-    ----------
-    value : float
-        The number in SI units.
-    unit : str
-        What `parse_unit` understands; empty for a plain number.
+    """A number in SI units as it is read: in its own unit, which may be empty, with six digits.
 
     Examples
     --------

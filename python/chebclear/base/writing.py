@@ -55,20 +55,10 @@ def file_names(names: Iterable[str]) -> list[str]:
 
 @contextmanager
 def replaced(path: Path) -> Iterator[Path]:
-    """A new file that replaces a path when the block ends without an exception.
+    """A new file beside a path, or beside the target of a link, that replaces it when the block ends well.
 
     If the writing is interrupted, the path still holds the complete old file. What writers of the path left
     that were killed is removed.
-
-    Parameters
-    ----------
-    path : Path
-        The file to replace; it need not exist. Of a link, the target is replaced.
-
-    Yields
-    ------
-    Path
-        The file to write, in the same folder and with the same suffix.
     """
     path = path.resolve()
     if not path.parent.is_dir():
@@ -124,17 +114,8 @@ _PARTIAL = ".partial."
 def complete_folder(directory: Path) -> Iterator[Path]:
     """A temporary folder whose files move into a directory when the block ends without an exception.
 
-    An interrupted job leaves no incomplete file; other files of the directory are not changed.
-
-    Parameters
-    ----------
-    directory : Path
-        The destination; created with its parents if it does not exist, and removed again if it stays empty.
-
-    Yields
-    ------
-    Path
-        The folder to write to.
+    An interrupted job leaves no incomplete file; other files of the directory are not changed. It is created
+    with its parents, and removed again if it stays empty.
     """
     made = [each for each in (directory, *directory.parents) if not each.exists()]
     directory.mkdir(parents=True, exist_ok=True)

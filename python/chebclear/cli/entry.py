@@ -16,31 +16,14 @@ from .ending import EXIT_INTERRUPTED, EXIT_TERMINATED
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line in this process; see `program.main`.
-
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        The words after ``chebclear``; those of the process if not given.
-
-    Returns
-    -------
-    int
-        The exit code.
-    """
+    """Run the command line of these words, or of the process, in this process; the exit code."""
     from .program import main as run
 
     return run(arguments)
 
 
 def run_process() -> int:
-    """Run the command line as all that this process does.
-
-    Returns
-    -------
-    int
-        The exit code.
-    """
+    """Run the command line as all that this process does; the exit code."""
     # Pictures are only written to files: what a notebook or a terminal shows them with does not matter here.
     os.environ["MPLBACKEND"] = "agg"
     try:

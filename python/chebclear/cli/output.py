@@ -62,13 +62,7 @@ def _finite(value: Any) -> Any:
 
 
 def require_writable(directory: Path | None) -> None:
-    """Refuse a directory that cannot be written to before a long computation.
-
-    Raises
-    ------
-    ValueError
-        If it is no directory that files can be written to.
-    """
+    """Refuse a directory that cannot be written to before a long computation."""
     if directory is None:
         return
     try:

@@ -48,18 +48,7 @@ _COMMANDS = (
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line.
-
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        The words after ``chebclear``; those of the process if not given.
-
-    Returns
-    -------
-    int
-        The exit code; see this module.
-    """
+    """Run the command line; the exit code, see this module."""
     with shown_streams():
         return _run(list(sys.argv[1:] if arguments is None else arguments))
 

@@ -56,16 +56,7 @@ def outputs_of(
 ) -> dict[str, Any]:
     """The settings with outputs: where neither file nor command line names any, the usual ones; says so.
 
-    Parameters
-    ----------
-    template : Template
-        The mechanism.
-    settings : dict
-        Keywords of runs.
-    options : argparse.Namespace
-        The command line.
-    orbits : bool
-        Whether the paths of the journals in their bearings are wanted too.
+    With `orbits` the paths of the journals in their bearings are added to these.
     """
     if "outputs" in settings:
         return settings

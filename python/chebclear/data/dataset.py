@@ -49,23 +49,7 @@ class Dataset:
 
 
 def records(prefix: str, dimension: str, table: object, units: dict[str, str]) -> dict[str, Variable]:
-    """The arrays of a record of equally long columns, named ``"PREFIX.FIELD"``.
-
-    Parameters
-    ----------
-    prefix : str
-        Name of the table.
-    dimension : str
-        Name of its axis.
-    table : object
-        A dataclass of one-dimensional arrays.
-    units : dict of str to str
-        Unit of each field that has one.
-
-    Returns
-    -------
-    dict of str to Variable
-    """
+    """The arrays of a dataclass of equally long columns along a dimension, named ``"PREFIX.FIELD"``."""
     return {
         f"{prefix}.{name}": Variable((dimension,), np.asarray(column), units.get(name, ""))
         for name, column in vars(table).items()
@@ -74,21 +58,7 @@ def records(prefix: str, dimension: str, table: object, units: dict[str, str]) -
 
 
 def numbered(axis: str, columns: Mapping[str, Sequence[Any]], units: Mapping[str, str]) -> Dataset:
-    """Rows of a table as a dataset, counted along its axis.
-
-    Parameters
-    ----------
-    axis : str
-        What a row is, as ``"setting"``.
-    columns : mapping of str to sequence
-        Numbers or words of equal count; a None among numbers becomes NaN.
-    units : mapping of str to str
-        Unit of each column that has one.
-
-    Returns
-    -------
-    Dataset
-    """
+    """Rows of a table of numbers or words, counted along its axis; a None among numbers becomes NaN."""
     variables: dict[str, Variable] = {}
     for name, column in columns.items():
         numbers = all(entry is None or isinstance(entry, int | float) for entry in column)

@@ -59,16 +59,7 @@ def to_mat(data: Dataset, path: str | os.PathLike[str]) -> Path:
 def structures(flat: dict[str, Any], taken: tuple[str, ...] = ()) -> dict[str, Any]:
     """Nested dictionaries from names joined by dots; two words that become the same name are made different.
 
-    Parameters
-    ----------
-    flat : dict
-        Values by name.
-    taken : tuple of str
-        Names of the outermost level that must not be used.
-
-    Returns
-    -------
-    dict
+    Names in `taken` are not used at the outermost level.
 
     Examples
     --------

@@ -7,13 +7,7 @@ from typing import Any
 
 
 def needed(library: str, caller: str, extra: str = "data") -> Any:
-    """A library, or an error that says how to get it.
-
-    Raises
-    ------
-    ImportError
-        If it is not installed.
-    """
+    """A library, or an ImportError that says how to get it."""
     try:
         return importlib.import_module(library)
     except ModuleNotFoundError as error:

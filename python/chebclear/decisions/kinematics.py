@@ -59,26 +59,7 @@ def turning(scene: Scene) -> Scene:
 
 
 def positions(scene: Scene, duration: float, frames: int) -> Positions:
-    """The positions of a mechanism whose drives prescribe it once its clearances are closed.
-
-    Parameters
-    ----------
-    scene : Scene
-        The mechanism.
-    duration : float
-        Time through which its drives move [s].
-    frames : int
-        Instants, both ends included [-].
-
-    Returns
-    -------
-    Positions
-
-    Raises
-    ------
-    SceneError
-        If the scene is wrong or cannot be assembled.
-    """
+    """The positions, through a time [s], of a mechanism that its drives prescribe without clearances."""
     ideal = without_play(scene)
     free = ideal.check().degrees_of_freedom
     if free or not scene.drives:
@@ -105,22 +86,12 @@ def output_joint(scene: Scene) -> Prismatic | Revolute | None:
 
 
 def transmission_angle(scene: Scene, poses: Array) -> Array | None:
-    """Angle between the coupler and the path of the pin at which it moves the output, from a right angle.
+    """Angle [rad] between the coupler and the path of the pin at which it moves the output.
 
-    Of a rocker the angle between coupler and rocker, of a slider that between coupler and the normal of its
-    guide, folded to at most a right angle: at zero no force moves the output. After Alt (1932).
-
-    Parameters
-    ----------
-    scene : Scene
-        The mechanism.
-    poses : ndarray, shape (frames, bodies, 3)
-        Position x, y [m] and angle [rad] of the frame of each body.
-
-    Returns
-    -------
-    ndarray of shape (frames,), or None
-        The angle [rad]; None where the output has no coupler with two pins.
+    It is that to the normal of the path: of a rocker the angle between coupler and rocker, of a slider that
+    between coupler and the normal of its guide, folded to at most a right angle: at zero no force moves the
+    output. After Alt (1932). Shape (frames,), of poses of shape (frames, bodies, 3); None where the output
+    has no coupler with two pins.
     """
     joint = output_joint(scene)
     if joint is None:

@@ -70,16 +70,9 @@ def _fitted(cube: Array, values: Array, powers: NDArray[np.int64], counts: list[
 
 
 class FeatureFit:
-    """Polynomials and log-linear scatters of features from a table of runs, and distances by them.
+    """Polynomials and log-linear scatters of features, shape (runs, features), and distances by them.
 
-    Parameters
-    ----------
-    cube : ndarray, shape (runs, parameters)
-        Parameters of the runs, from -1 to 1 over their intervals.
-    features : ndarray, shape (runs, features)
-        Their features.
-    confidence : float
-        Of the region [-].
+    The runs are at points of the cube, from -1 to 1 over the interval of each parameter.
     """
 
     def __init__(self, cube: Array, features: Array, confidence: float) -> None:

@@ -127,18 +127,9 @@ class Linkage:
             raise SceneError(self.problems)
 
     def template(self, scale: float, speed: float, density: float, section: float | None) -> Template:
-        """The scene file.
+        """The scene file, for a unit of lengths [m] and a speed of the crank [rad/s].
 
-        Parameters
-        ----------
-        scale : float
-            Unit of the lengths [m].
-        speed : float
-            Angular velocity of the crank [rad/s].
-        density : float
-            Density of links without a mass [kg/m³].
-        section : float, optional
-            Cross section of the bars of links without a mass [m²].
+        Links without a mass have this density [kg/m³] and bars of this cross section [m²].
         """
         parameters: dict[str, Any] = {}
         bodies = {name: self._body(name, scale, density, section, parameters) for name in self.links}

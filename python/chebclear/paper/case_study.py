@@ -185,28 +185,7 @@ def case_study(
     conventions: tuple[str, ...] = CONVENTIONS,
     progress: bool | Progress | None = None,
 ) -> CaseStudy:
-    """Compute the case study.
-
-    Parameters
-    ----------
-    rtol : float
-        Relative tolerance of the integrator [-].
-    threads : int, optional
-        Threads for the simulations; all processors if not given. The results do not depend on it.
-    conventions : tuple of str
-        Which of ``"as_printed"`` and ``"corrected"`` to compute.
-    progress : True or callable, optional
-        As of `Study`; it counts studies and single runs.
-
-    Returns
-    -------
-    CaseStudy
-
-    Raises
-    ------
-    SimulationError
-        If a simulation fails.
-    """
+    """Compute the case study; `progress` counts studies and single runs."""
     start = time.perf_counter()
     done, total = itertools.count(1), 1 + _PARTS * len(conventions)
     with warnings.catch_warnings(), reporter(progress, "paper", "parts") as report:
@@ -249,18 +228,7 @@ class IdealBand:
 
 
 def ideal_bands(threads: int | None = None) -> dict[str, IdealBand]:
-    """Bounds and sensitivities of the mechanism without clearance, which its drive prescribes completely.
-
-    Parameters
-    ----------
-    threads : int, optional
-        Threads for the simulations; all processors if not given.
-
-    Returns
-    -------
-    dict
-        ``"slider.x"`` and ``"slider.vx"`` -> IdealBand over the two revolutions, each array of shape (1441,).
-    """
+    """Bounds and sensitivities of the mechanism without clearance, which its drive prescribes, by output."""
     study = Study(
         mechanisms.slider_crank,
         length_intervals(),

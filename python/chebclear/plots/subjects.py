@@ -42,22 +42,7 @@ def is_a(value: object, kind: str) -> bool:
 
 
 def require(argument: str, value: object, kind: str) -> None:
-    """Refuse what a plot cannot draw.
-
-    Parameters
-    ----------
-    argument : str
-        Name of the argument.
-    value : object
-        What was given.
-    kind : str
-        Name of the class that is drawn.
-
-    Raises
-    ------
-    TypeError
-        If it is something else; the message says what is accepted.
-    """
+    """Refuse, with a TypeError, what is not of the class that a plot draws."""
     if not is_a(value, kind):
         raise ArgumentTypeError(f"{argument} must be {_WORDS[kind]}; got {type(value).__name__}")
 

@@ -132,17 +132,7 @@ def chart(
 ) -> Chart:
     """A chart in a unit with a prefix; of many samples those that show the extremes.
 
-    Parameters
-    ----------
-    name, si_unit : str
-        Of the output.
-    x, nominal : ndarray, shape (samples,)
-        Abscissa, and the output in its unit.
-    bounds : (ndarray, ndarray), optional
-        Lower and upper bound in the unit of the output, each of shape (samples,).
-    thin : float
-        Largest width of the bounds relative to the range of the output at which they are shown as deviations
-        [-].
+    Bounds that are no wider than the part `thin` of the range of the output [-] are shown as deviations.
     """
     curves = np.array([nominal, *(bounds or ())])
     known = np.abs(curves[np.isfinite(curves)])

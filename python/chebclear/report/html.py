@@ -51,19 +51,7 @@ class ReportFile(_Path):
 
 
 def as_html(document: Document, pictures: Path | None = None) -> str:
-    """The text of the file.
-
-    Parameters
-    ----------
-    document : Document
-        What it says. All its texts are escaped.
-    pictures : Path, optional
-        Folder that gets each picture with a name as a file of pixels too.
-
-    Returns
-    -------
-    str
-    """
+    """The text of the file, all escaped. Pictures with a name become files of a folder too."""
     environment = _environment()
     environment.globals["anchor"] = partial(_anchor, list(document.sections))
     environment.filters["embedded"] = partial(embedded, files=_files(document, pictures))
@@ -72,32 +60,12 @@ def as_html(document: Document, pictures: Path | None = None) -> str:
 
 
 def film_page(film: Film, note: str) -> str:
-    """A film as a page of its own.
-
-    Parameters
-    ----------
-    film : Film
-        What it shows. All its texts are escaped.
-    note : str
-        What stands below it.
-
-    Returns
-    -------
-    str
-    """
+    """A film as a page of its own, with a note below it; both are escaped."""
     return _environment().get_template("film.html.j2").render(film=film, note=note, **_parts(True))
 
 
 def framed(page: str, title: str) -> str:
-    """A page within another one, such as a notebook; its scripts cannot reach that.
-
-    Parameters
-    ----------
-    page : str
-        The text of the page.
-    title : str
-        What it shows, for readers who cannot see it.
-    """
+    """A page within another one, such as a notebook, whose scripts cannot reach that."""
     style = "width: 100%; height: 36rem; border: 0"
     return str(
         element("iframe", "", title=title, srcdoc=page, sandbox="allow-scripts allow-downloads", style=style)
@@ -105,14 +73,9 @@ def framed(page: str, title: str) -> str:
 
 
 def page_with_player(package: str, template: str, script: str) -> str:
-    """A page with the player and a script of its own.
+    """A page with the player and a script of its own, both from files of a package.
 
-    Parameters
-    ----------
-    package : str
-        Dotted name of the package that holds both files.
-    template, script : str
-        Their names. The template gets the policy, the style of the player, and the scripts as one.
+    Its template gets the policy, the style of the player, and the scripts as one.
     """
     own = files(package).joinpath(script).read_text(encoding="utf-8")
     return templates_of(package).get_template(template).render(**_parts(True, own))
@@ -133,19 +96,7 @@ def _parts(moves: bool, own: str = _START) -> dict[str, str]:
 
 
 def fragment(title: str, blocks: Sequence[Block]) -> str:
-    """Some blocks as a part of another page, such as a notebook: no style, no scripts.
-
-    Parameters
-    ----------
-    title : str
-        A line above them; may be empty.
-    blocks : sequence of Block
-        What to show. All texts are escaped.
-
-    Returns
-    -------
-    str
-    """
+    """Some blocks, below a line, for another page, such as a notebook; escaped, no style, no scripts."""
     return _environment().get_template("fragment.html.j2").render(title=title, blocks=blocks)
 
 
@@ -159,26 +110,9 @@ def _environment() -> Environment:
 
 
 def write(document: Document, path: str | os.PathLike[str], pictures: Path | None = None) -> Path:
-    """Write a report; an existing file is replaced, as a whole or not at all.
+    """Write a report to a file, ``.html`` if it has no suffix, as a whole or not at all.
 
-    Parameters
-    ----------
-    document : Document
-        What it says.
-    path : path
-        Where to; ``.html`` is appended if there is no suffix.
-    pictures : Path, optional
-        Folder that gets each picture with a name as a file of pixels too, ``NAME.png``.
-
-    Returns
-    -------
-    Path
-        The file written.
-
-    Raises
-    ------
-    ValueError
-        If the file has another suffix.
+    Pictures with a name become files of a folder too, ``NAME.png``. An ArgumentError for another suffix.
     """
     path = with_default_suffix(path, ".html")
     if path.suffix.lower() not in (".html", ".htm"):

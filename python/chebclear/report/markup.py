@@ -13,17 +13,7 @@ if TYPE_CHECKING:
 
 
 def templates_of(package: str) -> Environment:
-    """The templates that stand in a package; all that they are given is escaped.
-
-    Parameters
-    ----------
-    package : str
-        Its dotted name.
-
-    Returns
-    -------
-    jinja2.Environment
-    """
+    """The templates that stand in a package; all that they are given is escaped."""
     # Here, so that importing the package does not take its 40 ms.
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -38,20 +28,7 @@ def templates_of(package: str) -> Environment:
 
 
 def element(tag: str, content: str | None = None, /, **attributes: object) -> Markup:
-    """An element with its attributes and its content, all of them escaped.
-
-    Parameters
-    ----------
-    tag : str
-        Name of the element.
-    content : str, optional
-        Text, or markup of other elements; an element without any closes itself.
-    **attributes
-        Values by name; an underscore stands for a hyphen.
-
-    Returns
-    -------
-    markupsafe.Markup
+    """An element, its attributes, whose underscores are hyphens, and its content, all of them escaped.
 
     Examples
     --------

@@ -36,21 +36,10 @@ _STYLE: dict[Any, Any] = {
 
 
 def embedded(picture: Picture, files: Mapping[str, Path] = MappingProxyType({})) -> str:
-    """A picture as the source of an ``<img>``: paths, or pixels where there are too many of them.
+    """A picture as the ``data:`` address of an ``<img>``: paths, or pixels where there are too many of them.
 
-    Pictures are images of their own since the ids of several drawings inside one page would clash.
-
-    Parameters
-    ----------
-    picture : Picture
-        What to draw.
-    files : mapping of str to Path
-        Files of pictures by name, that get them as pixels too: drawn and laid out once for both.
-
-    Returns
-    -------
-    str
-        A ``data:`` address.
+    Pictures are images of their own since the ids of several drawings inside one page would clash. Those with
+    a file get it as pixels too: drawn and laid out once for both.
     """
     import matplotlib
     from matplotlib.figure import Figure

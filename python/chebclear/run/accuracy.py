@@ -38,23 +38,12 @@ The rounding errors of some 1e6 steps add up to 1e-13; an output of interest is 
 
 
 def output_ranges(columns: Sequence[str], values: Array) -> tuple[Array, Array]:
-    """Range of every output, and the difference at which two runs have diverged.
+    """Range of every output, and the difference at which two runs have diverged, each of shape (columns,).
 
-    Parameters
-    ----------
-    columns : sequence of str
-        Names of the outputs.
-    values : ndarray, shape (samples, columns)
-        The outputs in their units; samples that are NaN do not count.
-
-    Returns
-    -------
-    ranges : ndarray, shape (columns,)
-        Largest minus smallest value in the unit of the output; 0 for one that is constant to rounding,
-        relative to the largest value among the outputs of its kind (such as ``"slider.y"`` and
-        ``"crank.x"``).
-    thresholds : ndarray, shape (columns,)
-        1 % of the range, or the rounding error if that is larger, in the unit of the output.
+    Both are in the units of the outputs. The range, of values of shape (samples, columns), is 0 for an output
+    that is constant to rounding, relative to the largest value among the outputs of its kind (such as
+    ``"slider.y"`` and ``"crank.x"``); the difference is 1 % of the range, or the rounding error if that is
+    larger.
     """
     finite = np.where(np.isfinite(values), values, np.nan)
     known = ~np.all(np.isnan(finite), axis=0)
@@ -76,21 +65,7 @@ def _kind(column: str) -> str:
 
 
 def chaos_horizon(t: Array, difference: Array, threshold: Array | float) -> Array:
-    """First instant at which two runs have diverged.
-
-    Parameters
-    ----------
-    t : ndarray, shape (samples,)
-        Instants [s].
-    difference : ndarray, shape (samples, ...)
-        One run minus the other, in the unit of the output; a NaN is not counted as a difference.
-    threshold : float or ndarray, shape (...)
-        Largest difference of runs that agree, in the unit of the output.
-
-    Returns
-    -------
-    ndarray, shape (...)
-        Instants [s]; infinity where the runs agree to the end.
+    """First instant [s] at which a difference of two runs exceeds a threshold, else infinity.
 
     Examples
     --------
@@ -109,17 +84,7 @@ BY_ANGLE = (
 
 
 def past_horizon(errors: Mapping[str, OutputError], period: float, end: float) -> tuple[Notice, ...]:
-    """A notice if outputs continue for more than a revolution beyond their horizon.
-
-    Parameters
-    ----------
-    errors : mapping of str to OutputError
-        Error of each output.
-    period : float
-        Time of a revolution [s]; minus infinity if nothing revolves.
-    end : float
-        Time at which the run ended [s].
-    """
+    """A notice if outputs continue to the end [s] for more than a period [s] beyond their horizon."""
     lost = {
         name: error.horizon
         for name, error in errors.items()

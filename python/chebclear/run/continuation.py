@@ -27,31 +27,12 @@ _INSTANT = 1e-9
 
 
 def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[Notice, ...]:
-    """Check and describe the changes between a scene and that of the run whose end state it continues from.
+    """A notice of the changes between a scene and that of the run from whose end it continues.
 
     The state consists of the coordinates and velocities of the joints. Masses, laws and loads may change;
-    lengths, drives and clearances only as far as all joints stay closed.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene to simulate.
-    start : EndState
-        The end of the earlier run.
-    settings : Settings
-        The settings of the run.
-
-    Returns
-    -------
-    tuple of str
-        A warning that names the changes, or nothing.
-
-    Raises
-    ------
-    StartError
-        If a joint is of another kind, a driven joint would jump, or any joint of a mechanism that its drives
-        prescribe, a journal would start deeper in its bearing than the clearance is wide, or loops of ideal
-        joints would not close.
+    lengths, drives and clearances only as far as all joints stay closed: a StartError if a joint is of
+    another kind, a driven joint would jump, or any joint of a mechanism that its drives prescribe, a journal
+    would start deeper in its bearing than the clearance is wide, or loops of ideal joints would not close.
     """
     if start.scene is None or start.scene == scene:
         return ()

@@ -284,20 +284,9 @@ def checked_settings(
     *,
     outputs_needed: bool = False,
 ) -> dict[str, Any]:
-    """Some fields of `Settings`, converted; problems are added to `checks`.
+    """Some fields of `Settings`, converted; problems are added under the names by which arguments are called.
 
     Types are checked here, since JSON has fewer; ranges and words by the core.
-
-    Parameters
-    ----------
-    checks : Checks
-        Problems so far.
-    values : mapping of str to object
-        Fields by name.
-    called : mapping of str to str, optional
-        Names of the arguments, where they differ from those of the fields.
-    outputs_needed : bool
-        Whether there must be an output.
     """
     fields = [item for item in dataclasses.fields(Settings) if item.name in values]
     names = {item.name: (called or {}).get(item.name, item.name) for item in fields}
@@ -340,12 +329,7 @@ def _judged(values: Mapping[str, Any]) -> list[Problem]:
 def with_settings(options: type, *further: str) -> Callable[[Documented], Documented]:
     """Give a function or class of ``**options`` the signature and the documentation of fields of `Settings`.
 
-    Parameters
-    ----------
-    options : type
-        `RunOptions`, `SpanOptions` or `StepOptions`: what it accepts as keywords.
-    *further : str
-        Fields that are parameters of its own, to be documented as well.
+    The fields of `options` are keywords; `further` ones, parameters of its own, are documented as well.
     """
     return with_fields(Settings, options, "{settings}", further)
 

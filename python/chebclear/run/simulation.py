@@ -152,28 +152,7 @@ def run_scene(
     report: Callable[[float], None] | None = None,
     start: EndState | None = None,
 ) -> Trajectory:
-    """Simulate with checked settings; neither warns nor raises when the run fails.
-
-    Parameters
-    ----------
-    scene : Scene
-        The mechanism.
-    settings : Settings
-        Settings of the run.
-    report : callable, optional
-        Gets the completed part, from 0 to 1.
-    start : EndState, optional
-        The end of another run, to continue from.
-
-    Returns
-    -------
-    Trajectory
-
-    Raises
-    ------
-    InputError
-        If the scene is wrong, or settings or start do not fit it.
-    """
+    """Simulate with checked settings; neither warns nor raises when the run fails."""
     memory = None if start is None else start.memory
     run = compiled(scene).simulate(settings.to_json(), report, memory)
     return Trajectory(

@@ -54,17 +54,7 @@ _COLUMNS = {
 
 
 def column_unit(name: str) -> str:
-    """SI unit of an output column.
-
-    Parameters
-    ----------
-    name : str
-        Column name such as ``"slider.vx"``.
-
-    Returns
-    -------
-    str
-        The unit, ``"-"`` for a number without one and ``""`` for an unknown column.
+    """SI unit of an output column; ``"-"`` for a number without one and ``""`` for an unknown column.
 
     Examples
     --------
@@ -96,17 +86,7 @@ _ENERGIES = {
 
 
 def column_words(name: str) -> str:
-    """The meaning of an output column, in words for an axis.
-
-    Parameters
-    ----------
-    name : str
-        Column name such as ``"slider.vx"``.
-
-    Returns
-    -------
-    str
-        The words; for an unknown column the name itself.
+    """The meaning of an output column, in words for an axis; of an unknown column the name itself.
 
     Examples
     --------

@@ -52,17 +52,7 @@ def summarize_scene(scene: Scene) -> str:
 
 
 def describe_scene(scene: Scene) -> str:
-    """The text of `Scene.describe`.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene, right or wrong.
-
-    Returns
-    -------
-    str
-    """
+    """The text of `Scene.describe`, of a scene that is right or wrong."""
     try:
         facts, problems = scene.check(), []
     except SceneError as error:

@@ -130,12 +130,8 @@ class Expression(Part):
 
 
 def names_of_motion(text: str) -> list[str] | None:
-    """The names in an `Expression` of the time or the motion; None for a text that is none.
-
-    Parameters
-    ----------
-    text : str
-        The text. One without names of quantities, such as ``"2 * weight"``, is no formula of the motion.
+    """The names in an `Expression` of the time or the motion; None for a text that is none, as ``"2 *
+    weight"``.
     """
     from .. import _core  # here only: writing down a scene needs no core
 

@@ -211,19 +211,7 @@ def _settle_of(annotation: str) -> Callable[[Any], Any] | None:
 
 
 def write(part: Any, accepted: tuple[type[Part], ...], path: str, problems: list[Problem]) -> Any:
-    """A record as JSON values.
-
-    Parameters
-    ----------
-    part : Part
-        The record.
-    accepted : tuple of type
-        Classes it may have.
-    path : str
-        Its path, empty for the outermost one.
-    problems : list of Problem
-        Wrong types are added here; placeholders are written for them.
-    """
+    """A record as JSON values; wrong types are added to `problems`, and placeholders written for them."""
     if not isinstance(part, accepted):
         names = " or ".join(choice.__name__ for choice in accepted)
         problems.append(Problem(path or "scene", f"must be a {names}, got {part!r}"))
@@ -315,8 +303,7 @@ def as_json_number(value: Any) -> Any:
 def read(plain: Any, accepted: tuple[type[Part], ...], path: str, problems: list[Problem]) -> Any:
     """The record that `write` wrote.
 
-    Missing and unknown fields are added to `problems`; values of wrong type are reported by `write`. The
-    parameters are those of `write`.
+    Missing and unknown fields are added to `problems`; values of wrong type are reported by `write`.
     """
     if not isinstance(plain, dict):
         problems.append(Problem(path or "scene", f"must be an object, got {plain!r}"))

@@ -34,18 +34,7 @@ class FlatScene(NamedTuple):
 
 
 class Structure:
-    """Everything of a scene that is no number: parts, names, connections, laws.
-
-    Parameters
-    ----------
-    scene : Scene
-        One of the scenes.
-
-    Raises
-    ------
-    SceneError
-        If a field has the wrong type.
-    """
+    """Everything of a scene that is no number: parts, names, connections, laws."""
 
     def __init__(self, scene: Scene) -> None:
         scene.to_json()
@@ -95,13 +84,7 @@ class Structures:
         return len(self._known)
 
     def flat(self, scene: Scene) -> tuple[Structure, bytes]:
-        """A scene as its structure and its numbers, as the core takes them.
-
-        Raises
-        ------
-        SceneError
-            If a field has the wrong type.
-        """
+        """A scene as its structure and its numbers, as the core takes them."""
         key, numbers = _core.flatten(scene, Part, (Points, Constants))
         try:
             structure = self._known.get(key)

@@ -23,28 +23,12 @@ _NAMES = ("name", "joint", "body")
 
 
 def changed(values: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Path]]:
-    """The plain values of a scene file with some of them replaced.
+    """A copy of the plain values of a scene file with some of them replaced, and the paths of these.
 
-    Parameters
-    ----------
-    values : mapping
-        The values of the file.
-    changes : mapping of str to object
-        New values by name: that of a parameter, or the way to a value, such as ``"run.duration"`` or
-        ``"joints.wrist.clearance"``, on which entries of lists go by their names or numbers. Texts are read
-        as TOML if they are that, and are quantities and expressions otherwise.
-
-    Returns
-    -------
-    dict
-        A copy.
-    list of tuple
-        The paths of what was replaced.
-
-    Raises
-    ------
-    SceneError
-        With every name that leads nowhere.
+    New values are given by name: that of a parameter, or the way to a value, such as ``"run.duration"`` or
+    ``"joints.wrist.clearance"``, on which entries of lists go by their names or numbers. Texts are read as
+    TOML if they are that, and are quantities and expressions otherwise. A SceneError has every name that
+    leads nowhere.
     """
     result = copy.deepcopy(dict(values))
     problems: list[Problem] = []

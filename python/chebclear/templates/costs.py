@@ -38,17 +38,7 @@ class CostFunction:
 def read_costs(
     given: Any, parameters: Mapping[str, Parameter], values: Values
 ) -> dict[str, CostFunction | dict[str, float]]:
-    """The costs of a file by parameter.
-
-    Parameters
-    ----------
-    given : object
-        What stands under ``costs``: for a parameter an expression of ``tolerance``, or a catalog.
-    parameters : mapping of str to Parameter
-        The parameters of the file.
-    values : Values
-        Where problems are noted.
-    """
+    """The costs of a file by parameter: expressions of ``tolerance``, or catalogs."""
     if not isinstance(given, Mapping):
         values.note(("costs",), f"must be a table of parameters with {_EXAMPLE}, got {given!r}")
         return {}

@@ -105,18 +105,7 @@ class Expression:
     _tree: ast.expr = field(compare=False, repr=False)
 
     def evaluate(self, values: Mapping[str, float]) -> float:
-        """The value, a finite number.
-
-        Parameters
-        ----------
-        values : mapping of str to float
-            A value for every one of `names` [SI units].
-
-        Raises
-        ------
-        ExpressionError
-            If a name is unknown, or some step of the calculation has no finite real value.
-        """
+        """The value with these of all names [SI units]; an ExpressionError where there is no finite one."""
         return _evaluate(self._tree, {**CONSTANTS, **values})
 
     def require(self, known: Iterable[str]) -> None:
@@ -133,15 +122,7 @@ class Expression:
             raise ExpressionError(f'unknown name "{name}"{meant_or_known(name, known)}', column)
 
     def column(self, values: Mapping[str, float | Array], runs: int) -> Array:
-        """The values for many runs, shape (runs,), to the same bits; NaN where `evaluate` raises.
-
-        Parameters
-        ----------
-        values : mapping of str to float or ndarray of shape (runs,)
-            Values for every one of `names` [SI units].
-        runs : int
-            Number of runs [-].
-        """
+        """The values for many runs, shape (runs,), to the same bits; NaN where `evaluate` raises."""
         lost = np.zeros(runs, dtype=bool)
         with np.errstate(all="ignore"):
             found = _column(self._tree, values, lost)
@@ -150,18 +131,7 @@ class Expression:
 
 
 def parse(text: str) -> Expression:
-    """Read an expression.
-
-    Parameters
-    ----------
-    text : str
-        Such as ``"rod_mass * rod_length**2 / 12"``.
-
-    Raises
-    ------
-    ExpressionError
-        If it is no expression, contains anything that is not allowed, or is too large.
-    """
+    """Read an expression; an ExpressionError if it is none, holds what is not allowed, or is too large."""
     if len(text) > MOST_CHARACTERS:
         raise ExpressionError(f"has {len(text)} characters; at most {MOST_CHARACTERS} are accepted")
     column = next((index for index, letter in enumerate(text) if letter not in _LETTERS), None)

@@ -16,21 +16,9 @@ class FitError(ValueError):
 def radial_clearance(fit: str) -> Interval:
     """Radial clearance of a fit [m]: half the difference of the diameters, at the limits of both.
 
-    Parameters
-    ----------
-    fit : str
-        Nominal diameter in millimeters, hole and shaft, such as ``"25 H7/f6"``; ISO 286, hole basis, grades 5
-        to 11, up to 500 mm.
-
-    Returns
-    -------
-    Interval
-
-    Raises
-    ------
-    FitError
-        If the fit is unknown, or a journal may be as large as its bearing, or the optional package with the
-        tables is not installed.
+    A text such as ``"25 H7/f6"`` has the nominal diameter in millimeters, hole and shaft; ISO 286, hole
+    basis, grades 5 to 11, up to 500 mm. Otherwise a FitError, also if a journal may be as large as its
+    bearing.
     """
     if not fit.isascii():
         raise FitError(f"is no fit as {EXAMPLE}: it is written in ASCII letters and digits")
@@ -56,23 +44,10 @@ def radial_clearance(fit: str) -> Interval:
 
 
 def grade_tolerance(size: float, grade: int) -> float:
-    """Half of the standard tolerance of a grade [m]: what a size may lie above and below its nominal value.
+    """Half of the standard tolerance of a grade of ISO 286 [m], for a size [m].
 
-    Parameters
-    ----------
-    size : float
-        Nominal size [m], from 1 mm to 500 mm: small play between parts is no size of a part.
-    grade : int
-        Number of the grade of ISO 286 [-], 5 to 11.
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    FitError
-        If there is no such grade or size, or the optional package with the tables is not installed.
+    A FitError if it is none of the grades 5 to 11, or the size not from 1 mm to 500 mm: small play between
+    parts is no size of a part.
     """
     try:
         from pressfit.tables import GRADES, it_value

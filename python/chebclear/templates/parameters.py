@@ -34,15 +34,7 @@ _FIT = re.compile(r"\s*[\d.]+\s*[A-Za-z]{1,2}\d{1,2}\s*/\s*[A-Za-z]{1,2}\d{1,2}\
 
 
 def read_parameters(given: Any, values: Values) -> tuple[dict[str, Parameter], dict[str, float]]:
-    """The parameters of a file by name, and their nominal values as far as all have one [SI units].
-
-    Parameters
-    ----------
-    given : object
-        What stands under ``parameters``.
-    values : Values
-        Where problems are noted.
-    """
+    """The parameters of a file by name, and their nominal values as far as all have one [SI units]."""
     if not isinstance(given, Mapping):
         values.note(("parameters",), f"must be a table, got {given!r}")
         return {}, {}

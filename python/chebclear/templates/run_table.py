@@ -37,17 +37,7 @@ _EXAMPLE = '"peak(slider.ax)"'
 
 
 def read_run(given: Any, constants: Mapping[str, float], values: Values) -> dict[str, Any]:
-    """The settings of a file as keywords of `simulate` and `Study` [SI units].
-
-    Parameters
-    ----------
-    given : object
-        What stands under ``run``.
-    constants : mapping of str to float
-        Nominal values of the parameters.
-    values : Values
-        Where problems are noted.
-    """
+    """The settings of a file as keywords of `simulate` and `Study` [SI units]."""
     if not isinstance(given, Mapping):
         values.note(("run",), f"must be a table, got {given!r}")
         return {}
@@ -80,15 +70,7 @@ def _check_settings(run: Mapping[str, Any], values: Values) -> None:
 
 
 def read_features(given: Any, values: Values) -> dict[str, Feature]:
-    """The features of a file by name.
-
-    Parameters
-    ----------
-    given : object
-        What stands under ``features``: a text such as ``"peak(slider.ax)"`` for every name.
-    values : Values
-        Where problems are noted.
-    """
+    """The features of a file by name, from texts such as ``"peak(slider.ax)"``."""
     if not isinstance(given, Mapping):
         values.note(("features",), f"must be a table of names and texts such as {_EXAMPLE}, got {given!r}")
         return {}
@@ -110,15 +92,7 @@ def read_features(given: Any, values: Values) -> dict[str, Feature]:
 
 
 def read_requirements(given: Any, values: Values) -> dict[str, Specification]:
-    """The requirements of a file by name.
-
-    Parameters
-    ----------
-    given : object
-        What stands under ``requirements``: for every name a table with ``of``, ``above``, ``below``, ``at``.
-    values : Values
-        Where problems are noted.
-    """
+    """The requirements of a file by name, from tables with ``of``, ``above``, ``below``, ``at``."""
     if not isinstance(given, Mapping):
         values.note(("requirements",), f"must be a table of tables such as {_LIMITS}, got {given!r}")
         return {}

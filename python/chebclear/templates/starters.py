@@ -16,23 +16,7 @@ def starter_names() -> tuple[str, ...]:
 
 
 def starter(mechanism: str) -> str:
-    """The text of a starter file.
-
-    Parameters
-    ----------
-    mechanism : str
-        Name of a ready-made mechanism.
-
-    Returns
-    -------
-    str
-        TOML; with it `loads` gives the mechanism with its default values.
-
-    Raises
-    ------
-    ValueError
-        If there is no such mechanism.
-    """
+    """The text of a starter file; with it `loads` gives the mechanism with its default values."""
     names = starter_names()
     if mechanism not in names:
         known = did_you_mean(mechanism, names) or f"; there are {', '.join(names)}"

@@ -393,13 +393,7 @@ class Template:
 
 
 def evaluated(nominal: Mapping[str, float | Expression]) -> dict[str, float]:
-    """Values of parameters, those first that others need.
-
-    Raises
-    ------
-    SceneError
-        If expressions depend on each other in a cycle, or one has no value.
-    """
+    """Values of parameters, those first that others need; a SceneError for a cycle or one without a value."""
     values: dict[str, float] = {}
     failed: set[str] = set()
     problems: list[Problem] = []

@@ -39,24 +39,10 @@ class Place(NamedTuple):
 
 
 def read_toml(text: str) -> tuple[dict[str, Any], dict[Path, Place]]:
-    """Values of a TOML text and the places they stand at.
+    """Values of a TOML text, and the place of each path, such as ``("bodies", 0, "mass")``; of a table, its
+    header.
 
-    Parameters
-    ----------
-    text : str
-        TOML 1.0.
-
-    Returns
-    -------
-    values : dict
-        What `tomllib` reads.
-    places : dict
-        Where the value of each path begins, such as ``("bodies", 0, "mass")``; of a table, its header or key.
-
-    Raises
-    ------
-    SceneError
-        If the text is no TOML, with line and column.
+    A SceneError with line and column if the text is no TOML.
     """
     if len(text) > MOST_CHARACTERS:
         raise SceneError(
@@ -125,18 +111,10 @@ _BARE_QUANTITY = re.compile(
 
 
 def inside(text: str, start: int, place: Place, offset: int) -> Place:
-    """Where a letter inside the text of a value stands.
+    """Where a letter inside the text of a value stands, `offset` letters behind its first.
 
-    Parameters
-    ----------
-    text : str
-        The file, whose lines end with a line feed alone.
-    start : int
-        Letters of the file before the value, a text in quotes.
-    place : Place
-        Where the value begins.
-    offset : int
-        Letters of the value before the one that is meant.
+    `start` are the letters of the file, whose lines end with a line feed alone, before the value, which is a
+    text in quotes; `place` is where it begins.
     """
     quotes = re.compile(r'"""\n?|\'\'\'\n?|"|\'').match(text, start)
     assert quotes is not None, "only texts have letters inside"
@@ -273,15 +251,10 @@ _WIDTH = 100
 
 
 def write_toml(values: Mapping[str, Any]) -> str:
-    """Plain values as TOML 1.0 that `tomllib` reads back to the last bit.
+    """Plain values as TOML 1.0 that `tomllib` reads back to the last bit; None is left out.
 
-    Lists of tables become ``[[name]]`` sections, tables at the top ``[name]`` sections; all else stands
-    in one line.
-
-    Parameters
-    ----------
-    values : mapping
-        Of texts, numbers, truth values, lists and mappings; None is left out.
+    Lists of tables become ``[[name]]`` sections, tables at the top ``[name]`` sections; all else stands in
+    one line.
     """
     lines: list[str] = []
     _write_table(values, (), lines)

@@ -23,26 +23,9 @@ FRAMES = 121
 
 
 def film_of(given: Scene, exaggerate: float, duration: float) -> tuple[Film, list[str]]:
-    """A mechanism through a turn of its drive, or through its run.
+    """A mechanism through a turn of its drive, or through a duration [s]; and what is not shown and why.
 
-    Parameters
-    ----------
-    given : Scene
-        The mechanism.
-    exaggerate : float
-        Factor by which clearances are drawn larger than they are [-].
-    duration : float
-        Time that is shown where no drive turns at constant speed [s].
-
-    Returns
-    -------
-    (Film, list of str)
-        The film, and what it does not show and why.
-
-    Raises
-    ------
-    SceneError
-        If the scene is wrong or cannot be assembled.
+    Clearances are drawn larger by the factor `exaggerate` [-].
     """
     scene = turning(given)
     notes = list(given.check().warnings)

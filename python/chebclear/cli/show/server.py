@@ -47,11 +47,8 @@ class Shown:
     def state(self, asked: dict[str, str]) -> dict[str, Any]:
         """What the page shows: parameters, the film, notes; or the problems of the file or of the values.
 
-        Parameters
-        ----------
-        asked : dict of str to str
-            ``"exaggerate"``, and values by ``"value."`` and the name of a parameter [SI units]; one outside
-            its interval counts as not given.
+        Asked for are ``"exaggerate"``, and values by ``"value."`` and the name of a parameter [SI units]; one
+        outside its interval counts as not given.
         """
         with self._one_at_a_time:
             state: dict[str, Any] = {"file": self.path.name, "problems": [], "notes": [], "parameters": []}

@@ -128,17 +128,7 @@ def motion_of(
 
 
 def moving_mechanism(scene: Scene, poses: Array, exaggerate: float = 1.0) -> MovingMechanism:
-    """Draw a mechanism and find how its parts move.
-
-    Parameters
-    ----------
-    scene : Scene
-        The mechanism.
-    poses : ndarray, shape (frames, bodies, 3)
-        Position x, y [m] and angle [rad] of the frame of each body.
-    exaggerate : float
-        Factor by which clearances are drawn larger than they are [-].
-    """
+    """Draw a mechanism in poses of shape (frames, bodies, 3), clearances enlarged, and how parts move."""
     moments = [Pose(scene, pose) for pose in poses]
     strokes = sorted(
         strokes_of(moments[0], exaggerate, _travels(moments)).strokes, key=lambda stroke: stroke.layer

@@ -22,22 +22,7 @@ export default { render({ model, el }) {
 
 
 def widget_of(film: Film) -> Any:
-    """A film as a widget with the traits ``film``, its JSON, and ``frame``.
-
-    Parameters
-    ----------
-    film : Film
-        What it shows.
-
-    Returns
-    -------
-    anywidget.AnyWidget
-
-    Raises
-    ------
-    RuntimeError
-        If the package anywidget is missing.
-    """
+    """A film as a widget, an `anywidget.AnyWidget`, with the traits ``film``, its JSON, and ``frame``."""
     try:
         anywidget, traitlets = map(importlib.import_module, ("anywidget", "traitlets"))
     except ImportError:

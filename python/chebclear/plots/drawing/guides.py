@@ -46,17 +46,7 @@ def half_size(joint: ClearancePrismatic | PinInSlot | Stop) -> tuple[float, floa
 def draw_guide(
     brush: Brush, joint: ClearancePrismatic | PinInSlot | Stop, travel: tuple[float, float]
 ) -> None:
-    """Draw one of them.
-
-    Parameters
-    ----------
-    brush : Brush
-        The pen.
-    joint : ClearancePrismatic, PinInSlot or Stop
-        What to draw.
-    travel : (float, float)
-        How far it slides back and forth from where it is [m].
-    """
+    """Draw one of them; it slides back and forth from where it is by `travel` [m]."""
     if isinstance(joint, Stop):
         _stop(brush, joint)
     elif isinstance(joint, PinInSlot):

@@ -52,21 +52,9 @@ _WITH_FACES = (ClearancePrismatic, PinInSlot, Stop)
 def strokes_of(
     pose: Pose, exaggerate: float = 1.0, travel: Mapping[str, tuple[float, float]] | None = None
 ) -> Pen:
-    """Draw all parts of a scene.
+    """Draw all parts of a scene, with clearances and eccentricities enlarged by a factor [-].
 
-    Parameters
-    ----------
-    pose : Pose
-        Where everything is.
-    exaggerate : float
-        Factor by which clearances and eccentricities are drawn larger than they are [-].
-    travel : mapping of str to (float, float), optional
-        How far the block of each guide goes back and forth from where it is [m], for rails as long.
-
-    Returns
-    -------
-    Pen
-        With the strokes.
+    How far the block of each guide goes back and forth from where it is [m] makes rails as long.
     """
     pen = Pen(pose, exaggerate, travel or {})
     for joint in pose.scene.joints:

@@ -91,22 +91,9 @@ class Clutter:
         return nearest
 
     def place(self, spots: Iterable[Spot], size: tuple[float, float], line: float, on: str = "") -> Spot:
-        """The spot with the most room less its cost; it is then occupied.
+        """The spot with the most room, less its cost, for a label of this size; it is then occupied.
 
-        Parameters
-        ----------
-        spots : iterable of Spot
-            Where it may stand.
-        size : (float, float)
-            Width and height of the label.
-        line : float
-            Height of a line of it.
-        on : str
-            The body on which it may stand where a spot says so.
-
-        Returns
-        -------
-        Spot
+        `line` is the height of a line of it, `on` the body on which it may stand where a spot says so.
         """
         sides = np.array(size)
         thin = 0.5 * float(sides.min())
@@ -131,24 +118,9 @@ _OUTWARD = 0.15
 
 
 def around(point: Array, keep: float, size: tuple[float, float], line: float, outward: Array) -> list[Spot]:
-    """Spots around a point, beside a disc about it.
+    """Spots around a point, beside a disc of radius `keep` about it, for a label with lines of this height.
 
-    Parameters
-    ----------
-    point : ndarray, shape (2,)
-        What is named.
-    keep : float
-        Radius of the disc.
-    size : (float, float)
-        Width and height of the label.
-    line : float
-        Height of a line of it.
-    outward : ndarray, shape (2,)
-        Unit vector of the direction to prefer.
-
-    Returns
-    -------
-    list of Spot
+    Those in the direction of the unit vector `outward` are preferred.
     """
     spots = []
     for reach, cost in _REACHES:
@@ -162,19 +134,7 @@ def around(point: Array, keep: float, size: tuple[float, float], line: float, ou
 
 
 def along_body(corners: Array, size: tuple[float, float], line: float, outward: Array) -> list[Spot]:
-    """Spots on a body, the middle of its corners first, then on its bars, then beside it.
-
-    Parameters
-    ----------
-    corners : ndarray, shape (corners, 2)
-        The points of the body.
-    size, line, outward
-        As of `around`.
-
-    Returns
-    -------
-    list of Spot
-    """
+    """Spots as of `around`: on a body, the middle of its corners first, on its bars, then beside it."""
     middle = corners.mean(axis=0)
     spots = [Spot(middle, 0.0, on_body=True)]
     for first, second in itertools.combinations(corners, 2):

@@ -113,22 +113,9 @@ def pose_columns(scene: Scene) -> tuple[str, ...]:
 
 
 def simulated_poses(run: Trajectory | SweptRun) -> Array:
-    """Origins and angles of all bodies at the samples of a run.
+    """Origins [m] and angles [rad] of all bodies at the samples of a run, shape (samples, bodies, 3).
 
-    Parameters
-    ----------
-    run : Trajectory
-        The run.
-
-    Returns
-    -------
-    ndarray, shape (samples, bodies, 3)
-        x [m], y [m] and angle [rad]; NaN after a failure.
-
-    Raises
-    ------
-    ValueError
-        If the run has not the positions of all bodies.
+    NaN after a failure. An ArgumentError if the run has not the positions of all bodies.
     """
     missing = [name for name in pose_columns(run.scene) if name not in run.columns]
     if missing:

@@ -153,21 +153,7 @@ def mechanism_picture(scene: Scene) -> Picture:
 
 
 def plot_poses(scene: Scene, poses: Sequence[Array], *, ax: Axes | None = None) -> Axes:
-    """Draw a mechanism in several positions: the first plainly, the others faded behind it.
-
-    Parameters
-    ----------
-    scene : Scene
-        The mechanism.
-    poses : sequence of ndarray, shape (bodies, 3)
-        Position x, y [m] and angle [rad] of the frame of each body.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
-
-    Returns
-    -------
-    Axes
-    """
+    """Draw a mechanism in poses of shape (bodies, 3): the first plainly, the others faded behind it."""
     ax = new_axes(ax)
     for place, pose in enumerate(poses):
         for artist in put_on(ax, strokes_of(Pose(scene, pose)).strokes):

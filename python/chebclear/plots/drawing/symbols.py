@@ -15,16 +15,6 @@ Array = NDArray[np.float64]
 def typical(value: float | Load) -> float:
     """A value that shows the sign of a function: its mean, its first coefficient that is not zero, or the
     largest value of its table; 1 for an expression, whose sign the motion decides.
-
-    Parameters
-    ----------
-    value : float, Polynomial, Harmonic, Table or Expression
-        The function.
-
-    Returns
-    -------
-    float
-        In the unit of the function.
     """
     if isinstance(value, Polynomial):
         return next((coefficient for coefficient in value.coefficients if coefficient), 0.0)
@@ -50,20 +40,7 @@ def along(start: Array, end: Array) -> tuple[Array, Array, float]:
 
 
 def zigzag(start: Array, end: Array, width: float) -> list[Array]:
-    """A coil spring between two points.
-
-    Parameters
-    ----------
-    start, end : ndarray
-        The points [m].
-    width : float
-        Half the width of the coil [m].
-
-    Returns
-    -------
-    list of ndarray, shape (points, 2)
-        The lines to draw.
-    """
+    """Lines of a coil spring between two points, half as wide as `width` says [m]."""
     way, across, length = along(start, end)
     lead = 0.15 * length
     turns = max(3, min(12, round((length - 2.0 * lead) / (1.2 * width))))
@@ -74,7 +51,7 @@ def zigzag(start: Array, end: Array, width: float) -> list[Array]:
 
 
 def dashpot(start: Array, end: Array, width: float) -> list[Array]:
-    """A cylinder with a piston between two points; parameters and result as of `zigzag`."""
+    """Lines of a cylinder with a piston between two points, half as wide as `width` says [m]."""
     way, across, length = along(start, end)
     half = min(1.6 * width, 0.3 * length)
     middle = 0.5 * (start + end)
@@ -89,20 +66,9 @@ def dashpot(start: Array, end: Array, width: float) -> list[Array]:
 
 
 def beside(start: Array, end: Array, offset: float, symbols: list[tuple[float, list[Array]]]) -> list[Array]:
-    """Symbols side by side between two points, joined by a yoke at either end.
+    """Lines of symbols side by side between two points, joined by a yoke at the end of either lead.
 
-    Parameters
-    ----------
-    start, end : ndarray
-        The points [m].
-    offset : float
-        Length of the leads to the yokes [m].
-    symbols : list of (float, list of ndarray)
-        Each symbol's shift across the line [m] and its lines, drawn between the yokes.
-
-    Returns
-    -------
-    list of ndarray, shape (points, 2)
+    Each symbol has a shift across the line [m] and its lines, drawn between the yokes.
     """
     way, across, _ = along(start, end)
     shifts = [shift for shift, _ in symbols]

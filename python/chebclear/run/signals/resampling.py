@@ -11,19 +11,7 @@ Array = NDArray[np.float64]
 
 
 def at_angle(t: Array, angle: Array, values: Array, wanted: float) -> Array:
-    """Values of an output wherever a run passes a crank angle, give or take full turns.
-
-    Parameters
-    ----------
-    t, angle, values : ndarray, shape (samples,)
-        Instants [s], the crank angle at these [rad] and the output.
-    wanted : float
-        The angle [rad].
-
-    Returns
-    -------
-    ndarray, shape (passings,)
-    """
+    """Values of an output wherever a run passes a crank angle [rad], give or take full turns."""
     turns = (angle - wanted) / (2.0 * math.pi)
     # If the crank swings back and passes the angle again, the first time counts. A tolerance for rounding.
     passed = np.maximum.accumulate(turns if turns[-1] >= turns[0] else -turns)

@@ -61,12 +61,7 @@ class FieldTable:
 
 
 def field_tables() -> list[FieldTable]:
-    """All tables that a scene file may hold, in the order in which one writes them.
-
-    Returns
-    -------
-    list of FieldTable
-    """
+    """All tables that a scene file may hold, in the order in which one writes them."""
     parts = {name: choices for name, choices in Scene._choices.items()}
     told = descriptions(Scene)
     tables = [_head(), _parameters(), FieldTable("[ground]", "", told["ground"], (_points(),))]

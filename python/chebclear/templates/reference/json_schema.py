@@ -24,13 +24,7 @@ _TEXT = {"type": "string"}
 
 
 def scene_file_schema() -> dict[str, Any]:
-    """The schema as plain values.
-
-    Returns
-    -------
-    dict
-        To be written as JSON; ``chebclear/templates/scene.schema.json`` holds it.
-    """
+    """The schema as plain values; ``chebclear/templates/scene.schema.json`` holds it."""
     definitions = {part.__name__: _record(part) for part in records(Scene)}
     scene = definitions.pop("Scene")
     head = {
