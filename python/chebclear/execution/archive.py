@@ -66,10 +66,7 @@ def packed(facts: Mapping[str, Any], keys: Sequence[bytes], piece: Piece) -> byt
 def read_header(file: IO[bytes]) -> tuple[dict[str, Any], NDArray[np.uint8], tuple[End, ...]]:
     """What a file says of its runs, their keys and ends; the runs themselves are not read.
 
-    Raises
-    ------
-    UnfitError
-        If the file is none of runs, or its parts do not fit each other.
+    UnfitError is raised if the file is none of runs, or its parts do not fit each other.
     """
     try:
         with np.load(file, allow_pickle=False) as archive:

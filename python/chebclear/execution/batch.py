@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Executor
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -16,9 +15,10 @@ from ..run.notices import Notice
 from ..run.settings import Settings
 from ..scene.structure import FlatScene
 from .counts import STATS
-from .dispatch import Task, dispatch
-from .memory import SAMPLES_ALONE, Usage, release, sample_array
-from .pieces import BRANCH, DONE, NOT_BEGUN, End, Order, Piece, code_version
+from .dispatch import ExecutorWorkers, Source, Task, Threads
+from .memory import Usage, release, sample_array
+from .options import ExecutionOptions
+from .pieces import BRANCH, DONE, End, Order, Piece, code_version
 from .store import Store, run_key
 
 Array = NDArray[np.float64]
@@ -54,34 +54,12 @@ class RefusedRunError(Exception):
         self.end = end
 
 
-class Batch:
-    """A source of pieces, and the table of their results.
+class Batch(Source):
+    """The scenes of a study, and the table of their results.
 
-    Parameters
-    ----------
-    build : callable
-        Makes the scenes of some runs.
-    numbers : sequence of int
-        The runs, in the order in which they are started.
-    settings : Settings
-        How they are simulated; the outputs are given by name.
-    threads : int
-        Threads of each worker [-].
-    retried : bool
-        Whether runs that fail are repeated once with tighter tolerances.
-    run_seconds : float or None
-        Time after which a run has failed [s].
-    store : Store or None
-        Where finished runs are kept.
-    in_memory : bool
-        Whether the samples of all runs are in the memory, and not in a file beside the store.
-    usage : Usage
-        What the result takes besides the samples.
-
-    Raises
-    ------
-    MemoryLimitError, StoreError
-        If the samples do not fit there.
+    `build` makes the scenes of some runs, which are started in the order of their `numbers`; the settings
+    name the outputs, and `usage` is what the result takes besides the samples. Raises MemoryLimitError or
+    StoreError if the samples do not fit where `execution` wants them.
     """
 
     def __init__(
@@ -89,65 +67,31 @@ class Batch:
         build: Build,
         numbers: Sequence[int],
         settings: Settings,
-        *,
-        threads: int = 1,
-        retried: bool = True,
-        run_seconds: float | None = None,
-        store: Store | None = None,
-        in_memory: bool = True,
-        usage: Usage = SAMPLES_ALONE,
+        execution: ExecutionOptions,
+        store: Store | None,
+        usage: Usage,
     ) -> None:
+        super().__init__(numbers, store)
         self._build = build
-        self._numbers = numbers
         self._settings = settings
-        self._threads = threads
-        self._retried = retried
-        self._run_seconds = run_seconds
-        self._store = store
-        self._taken = 0
+        self._execution = execution
         self._keys: dict[int, bytes] = {}
-        self._kept: list[tuple[int, bytes]] = []
         count, columns = len(numbers), len(settings.outputs or ())
-        self.total = count
-        self.done = 0
         self.t: Array | None = None
-        folder = None if in_memory or store is None else store.path
+        folder = None if execution.in_memory or store is None else store.path
         self.values = sample_array((count, settings.samples, columns), folder, usage)
         self.features = np.full((count, settings.cycles, len(settings.features)), np.nan)
         self.counts = np.zeros((count, len(STATS)))
-        self.ends: list[End] = [End()] * count
         self.notices = GatheredNotices()
 
-    @property
-    def left(self) -> int:
-        return self.total - self._taken
-
-    def run(
-        self,
-        executor: Executor | None,
-        threads: int | None,
-        report: Progress | None,
-        max_seconds: float | None = None,
-    ) -> None:
-        """Simulate all runs, or those for which there is time; see `dispatch`.
-
-        Raises
-        ------
-        RefusedRunError
-            If the runs are of more than one branch.
-        """
-        dispatch(self, executor, threads, report, max_seconds)
-        for number in self._numbers[self._taken :]:
-            self.end(number, End(NOT_BEGUN, f"there was no time for it within {max_seconds:g} s"))
-        if self._store is None:
-            return
-        for numbers, piece in self._store.read(self._kept):
-            self._fill(numbers, piece)
-            if report is not None:
-                report(self.done, self.total)
+    def run(self, report: Progress | None) -> None:
+        """Simulate the runs; raises `RefusedRunError` if they are of more than one branch."""
+        executor, threads = self._execution.executor, self._execution.threads
+        workers = Threads(threads, self) if executor is None else ExecutorWorkers(executor, self)
+        self.make(workers, report, self._execution.max_seconds)
+        self.read_kept(report)
 
     def take(self, count: int) -> Task | None:
-        """The next runs that no store keeps, at most so many; None if there are no more."""
         runs: list[int] = []
         scenes: list[FlatScene] = []
         count = min(count, max(1, _MOST_BYTES // max(1, self.values[:1].nbytes)))
@@ -172,33 +116,26 @@ class Batch:
         return self._task(runs, scenes) if runs else None
 
     def again(self, runs: Sequence[int]) -> Task:
-        """Runs that must be simulated once more."""
         scenes = [built.flat for built in self._build(runs) if isinstance(built, Built)]
         assert len(scenes) == len(runs), "they were built before"
         return self._task(runs, scenes)
 
-    @property
-    def keeps(self) -> bool:
-        return self._store is not None
-
     def keep(self, task: Task, piece: Piece) -> None:
-        """Put finished runs into the store, if they are not there yet."""
         if self._store is not None and not task.kept:
             self._store.write([self._keys.pop(number) for number in task.runs], piece)
             task.kept = True
 
     def place(self, task: Task, piece: Piece) -> None:
-        """Keep finished runs."""
         if piece.code != code_version():
             raise ChebclearError(
                 "a worker has another build of chebclear than this process, so that its results would not be "
                 "the same bits: install the same one everywhere"
             )
         self.keep(task, piece)
-        self._fill(task.runs, piece, placed=piece.values is task.into)
+        self.fill(task.runs, piece, placed=piece.values is task.into)
+        self.done += len(task.runs)
 
     def lost(self, runs: Sequence[int], error: BaseException) -> None:
-        """Record runs whose worker ended in every attempt."""
         end = End(WORKER_LOST, f"its worker was lost whenever it was tried: {error_text(error)}")
         for number in runs:
             self._keys.pop(number, None)
@@ -206,20 +143,17 @@ class Batch:
         self.done += len(runs)
 
     def end(self, number: int, end: End) -> None:
-        """Record the end of a run without values."""
-        self.ends[number] = end
+        super().end(number, end)
         self.values[number] = np.nan
 
-    def failed(self) -> Iterator[tuple[int, End]]:
-        """Number and end of every run that failed."""
-        return ((number, end) for number, end in enumerate(self.ends) if end.status != DONE)
-
     def _task(self, runs: Sequence[int], scenes: Sequence[FlatScene]) -> Task:
-        order = Order(scenes, self._settings, self._threads, self._retried, self._run_seconds)
+        how = self._execution
+        threads = 1 if how.executor is None else how.threads or 1
+        order = Order(scenes, self._settings, threads, how.on_failure == "collect", how.run_seconds)
         following = runs[-1] - runs[0] + 1 == len(runs) and sorted(runs) == list(runs)
         return Task(runs, order, self.values[runs[0] : runs[-1] + 1] if following else None)
 
-    def _fill(self, numbers: Sequence[int], piece: Piece, placed: bool = False) -> None:
+    def fill(self, numbers: Sequence[int], piece: Piece, placed: bool = False) -> None:
         rows = np.asarray(numbers)
         if not placed:
             for row, number in enumerate(numbers):
@@ -235,7 +169,6 @@ class Batch:
                 self.notices.add(number, notices, after=_MOST_BUILT)
         if self.t is None and np.isfinite(piece.t).all():
             self.t = piece.t
-        self.done += len(numbers)
         release(self.values)
 
 

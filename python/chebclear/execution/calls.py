@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import functools
 import pickle
-import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import CancelledError
@@ -14,7 +12,7 @@ from typing import Any
 from ..base.units import unit
 from ..errors import error_text
 from .limited import CallError, LimitedCalls, ended_by_force
-from .pieces import end_with_parent, is_missing
+from .pieces import still_wanted
 
 # Size of an error that is sent back as it is [bytes]; of a larger one only the beginning of its message.
 _MOST_SENT = 100_000
@@ -44,31 +42,16 @@ class Answers:
     """Time they took [s]."""
 
 
-def call_order(order: Calls, stop: str | threading.Event | None) -> Answers:
+def call_order(order: Calls, stop: str | None) -> Answers:
     """Make the calls that were ordered, wherever an executor has sent them.
 
-    Parameters
-    ----------
-    order : Calls
-        What to call.
-    stop : str, threading.Event or None
-        What says that the runs are no longer wanted, see `simulate_order`; None calls on the thread that
-        asks, which gets interrupts itself.
-
-    Raises
-    ------
-    concurrent.futures.CancelledError
-        If the runs are no longer wanted.
+    CancelledError is raised once a file of the name `stop` says that they are no longer wanted; None calls
+    on the calling thread, which gets interrupts itself.
     """
     begin = time.perf_counter()
     values: list[Any] = []
     errors: list[Exception | None] = []
-    wanted: Callable[[], bool] | None = None
-    if isinstance(stop, str):
-        end_with_parent()
-        wanted = functools.partial(is_missing, stop)
-    elif stop is not None:
-        wanted = lambda: not stop.is_set()  # noqa: E731
+    wanted = None if stop is None else still_wanted(stop)
     limited = LimitedCalls(order.run_seconds, wanted)
     try:
         for parameters in order.parameters:

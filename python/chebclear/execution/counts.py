@@ -19,13 +19,8 @@ STATS = tuple(item.name for item in dataclasses.fields(Stats))
 
 
 class Costs(Sequence[Stats]):
-    """What each run cost: a sequence of `Stats`, kept as numbers since a study may have 100 000 runs.
-
-    Parameters
-    ----------
-    counts : ndarray, shape (runs, counts)
-        In the order of `STATS`.
-    """
+    """What each run cost: a sequence of `Stats`, kept as an array of shape (runs, counts) in the order of
+    `STATS`, since a study may have 100 000 runs."""
 
     def __init__(self, counts: Array) -> None:
         self.counts = counts.view()

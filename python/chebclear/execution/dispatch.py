@@ -20,7 +20,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Protocol
+from typing import Any
 
 from numpy.typing import NDArray
 
@@ -28,7 +28,8 @@ from ..base.progress import Progress
 from ..errors import ChebclearError
 from .calls import Answers, Calls, call_order
 from .memory import threads_started
-from .pieces import Order, Piece, simulate_order
+from .pieces import DONE, NOT_BEGUN, End, Order, Piece, simulate_order
+from .store import Store
 
 # Duration of a piece [s]: long compared with sending it, which takes a few milliseconds, and short enough
 # that little is lost with a worker and all stop soon after an interrupt. It grows to one part in 200 of the
@@ -51,39 +52,82 @@ _RESENT = 2
 _LOST = frozenset({"KilledWorker", "WorkerCrashedError", "CommClosedError", "WorkerLost", "NodeDiedError"})
 
 
-class Source(Protocol):
-    """Source of pieces and destination of their results."""
+class Source:
+    """The runs of a study: pieces of them for workers, and where their results go.
+
+    A class says what a piece is (`take`, `again`) and what becomes of it (`place`, `lost`, `fill`).
+    """
+
+    def __init__(self, numbers: Sequence[int], store: Store | None) -> None:
+        self._numbers = numbers
+        self._store = store
+        self._taken = 0
+        self._kept: list[tuple[int, bytes]] = []  # runs that the store has
+        self.total = len(numbers)
+        self.done = 0
+        """Runs that need no more work."""
+        self.ends = [End()] * self.total
 
     def take(self, count: int) -> Task | None:
-        """The next runs to simulate, at most so many; None if there are no more."""
+        """The next runs that no store keeps, at most so many; None if there are no more."""
+        raise NotImplementedError
 
     def again(self, runs: Sequence[int]) -> Task:
-        """Runs that must be simulated once more."""
+        """Runs that must be made once more."""
+        raise NotImplementedError
+
+    def keep(self, task: Task, piece: Any) -> None:
+        """Put finished runs into the store, on whatever thread; those of models are validated first."""
+
+    def place(self, task: Task, piece: Any) -> None:
+        """Keep finished runs: a `Piece` of an `Order`, or `Answers` to `Calls`."""
+        raise NotImplementedError
+
+    def lost(self, runs: Sequence[int], error: BaseException) -> None:
+        """Record runs whose worker ended in every attempt."""
+        raise NotImplementedError
+
+    def fill(self, numbers: Sequence[int], piece: Piece) -> None:
+        """Take runs from the store."""
+        raise NotImplementedError
+
+    def end(self, number: int, end: End) -> None:
+        """Record the end of a run without values."""
+        self.ends[number] = end
 
     @property
     def keeps(self) -> bool:
         """Whether runs go to a store: no worker then begins a piece before its last one is safe."""
-
-    def keep(self, task: Task, piece: Piece) -> None:
-        """Put finished runs into the store, on whatever thread."""
-
-    def place(self, task: Task, piece: Any) -> None:
-        """Keep finished runs: a `Piece` of an `Order`, or `Answers` to `Calls`."""
-
-    def lost(self, runs: Sequence[int], error: BaseException) -> None:
-        """Record runs whose worker ended in every attempt."""
+        return self._store is not None
 
     @property
     def left(self) -> int:
         """Runs not yet taken."""
+        return self.total - self._taken
 
-    @property
-    def done(self) -> int:
-        """Runs that need no more work."""
+    def failed(self) -> dict[int, End]:
+        """The ends of the runs that failed, by their numbers."""
+        return {number: end for number, end in enumerate(self.ends) if end.status != DONE}
 
-    @property
-    def total(self) -> int:
-        """Runs in all."""
+    def make(self, workers: Workers, report: Progress | None, max_seconds: float | None) -> None:
+        """Make all runs, or those for which there is time [s]; `report` gets the runs done and in all.
+
+        Exceptions of workers are raised, except for their loss; work in progress is then cancelled.
+        """
+        with workers.ready():
+            _Dispatcher(self, workers, report, max_seconds).run()
+        for number in self._numbers[self._taken :]:
+            self.end(number, End(NOT_BEGUN, f"there was no time for it within {max_seconds:g} s"))
+
+    def read_kept(self, report: Progress | None) -> None:
+        """Take from the store the runs that it has."""
+        if self._store is None:
+            return
+        for numbers, piece in self._store.read(self._kept):
+            self.fill(numbers, piece)
+            self.done += len(numbers)
+            if report is not None:
+                report(self.done, self.total)
 
 
 @dataclass
@@ -104,48 +148,11 @@ class Task:
     """Runs that the worker has finished, as far as it is known."""
 
 
-def dispatch(
-    source: Source,
-    executor: Executor | None,
-    threads: int | None,
-    report: Progress | None,
-    max_seconds: float | None = None,
-) -> None:
-    """Simulate all runs of a source.
-
-    Parameters
-    ----------
-    source : Source
-        Source of pieces and destination of their results.
-    executor : concurrent.futures.Executor or None
-        Where to simulate; on threads of this process if None.
-    threads : int or None
-        Threads of this process [-]; all processors if None, and 0 for the calling thread. Not for an
-        executor.
-    report : callable or None
-        Gets the runs done and the runs in all.
-    max_seconds : float, optional
-        Time after which no further piece is begun [s].
-
-    Raises
-    ------
-    BaseException
-        Exceptions of workers, except for their loss. Work in progress is then cancelled.
-    """
-    workers: _Workers
-    if executor is not None:
-        workers = _ExecutorWorkers(executor, 1 if source.keeps else _QUEUED)
-    else:
-        workers = _CallingThread() if threads == 0 else _Threads(threads, source)
-    with workers.ready():
-        _Dispatcher(source, workers, report, max_seconds).run()
-
-
 class _Dispatcher:
     """Keeps workers busy until there is no more to do."""
 
     def __init__(
-        self, source: Source, workers: _Workers, report: Progress | None, max_seconds: float | None
+        self, source: Source, workers: Workers, report: Progress | None, max_seconds: float | None
     ) -> None:
         self.most = math.inf if max_seconds is None else max_seconds
         self.source = source
@@ -253,12 +260,14 @@ def _is_loss(error: BaseException) -> bool:
     return lost or not isinstance(error, Exception)
 
 
-class _Workers(Protocol):
-    """Where pieces are simulated."""
+class Workers:
+    """Where pieces are made."""
 
-    count: int
-    """Pieces that are simulated at a time."""
-    seconds: float
+    count = 1
+    """Pieces that are made at a time."""
+    queued = 1
+    """Pieces that a worker may have, once a run has been measured."""
+    seconds = _SECONDS_HERE
     """Time that a piece should take [s]."""
 
     @contextmanager
@@ -268,31 +277,22 @@ class _Workers(Protocol):
 
     def capacity(self, measured: bool) -> int:
         """Pieces that may be under way; fewer before a run has been measured."""
-        ...
+        return self.queued * self.count if measured else self.count
 
     def submit(self, task: Task) -> Future[Any]:
         """Send a piece."""
-        ...
+        raise NotImplementedError
 
     def renew(self, error: BrokenExecutor) -> None:
         """Replace workers that take no more work."""
+        raise error
 
     def stop(self, pending: Iterable[Future[Any]]) -> None:
         """Give up what is under way."""
 
 
-class _CallingThread:
+class CallingThread(Workers):
     """The calling thread: a callable of the user's need not be safe on another one."""
-
-    count = 1
-    seconds = _SECONDS_HERE
-
-    @contextmanager
-    def ready(self) -> Iterator[None]:
-        yield
-
-    def capacity(self, measured: bool) -> int:
-        return 1
 
     def submit(self, task: Task) -> Future[Any]:
         assert isinstance(task.order, Calls), "scenes are simulated on threads"
@@ -300,17 +300,11 @@ class _CallingThread:
         future.set_result(call_order(task.order, None))
         return future
 
-    def renew(self, error: BrokenExecutor) -> None:
-        raise error
 
-    def stop(self, pending: Iterable[Future[Any]]) -> None:
-        """Nothing is under way."""
+class Threads(Workers):
+    """Threads of this process, all processors if their number is None; the core needs no interpreter."""
 
-
-class _Threads:
-    """Threads of this process; the core computes without the interpreter."""
-
-    seconds = _SECONDS_HERE
+    queued = _QUEUED
 
     def __init__(self, threads: int | None, source: Source) -> None:
         self.count = max(1, min(threads or os.cpu_count() or 1, source.total))
@@ -324,9 +318,6 @@ class _Threads:
             yield
         finally:
             self._pool.shutdown(wait=True, cancel_futures=True)
-
-    def capacity(self, measured: bool) -> int:
-        return _QUEUED * self.count if measured else self.count
 
     def submit(self, task: Task) -> Future[Any]:
         def count(finished: int) -> None:
@@ -343,20 +334,17 @@ class _Threads:
         with threads_started():
             return self._pool.submit(work)
 
-    def renew(self, error: BrokenExecutor) -> None:
-        raise error
-
     def stop(self, pending: Iterable[Future[Any]]) -> None:
         self._stop.set()
 
 
-class _ExecutorWorkers:
+class ExecutorWorkers(Workers):
     """Workers of an executor."""
 
     seconds = _SECONDS_SENT
 
-    def __init__(self, executor: Executor, queued: int) -> None:
-        self._queued = queued
+    def __init__(self, executor: Executor, source: Source) -> None:
+        self.queued = 1 if source.keeps else _QUEUED
         self._executor = executor
         self._own: list[Executor] = []
         self._folder = TemporaryDirectory(prefix="chebclear-", ignore_cleanup_errors=True)
@@ -372,9 +360,6 @@ class _ExecutorWorkers:
                 one.shutdown(wait=True, cancel_futures=True)
             if not self._stop.exists():
                 self._folder.cleanup()
-
-    def capacity(self, measured: bool) -> int:
-        return self._queued * self.count if measured else self.count
 
     def submit(self, task: Task) -> Future[Any]:
         if isinstance(task.order, Calls):

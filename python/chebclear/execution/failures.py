@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,13 +33,7 @@ class NotFiniteError(ChebclearError, ValueError):
 
 
 class AllFailedError(Exception):
-    """All runs failed though all may.
-
-    Attributes
-    ----------
-    first : Exception
-        The error of the first one.
-    """
+    """All runs failed though all may; `first` is the error of the first one."""
 
     def __init__(self, first: Exception) -> None:
         super().__init__(str(first))
@@ -92,11 +85,6 @@ class FailedRun:
         """The run of a number that ended so."""
         return cls(index, dict(parameters), end.status, end.message, end.time, end.joint)
 
-    @classmethod
-    def from_dict(cls, plain: Mapping[str, Any]) -> FailedRun:
-        """Build from JSON."""
-        return cls(**plain)
-
 
 def end_of(error: Exception, where: str) -> End:
     """The end of a run for which a call of a user's function failed."""
@@ -114,16 +102,7 @@ def run_to_raise(
 ) -> int | None:
     """The failed run that must be raised, if one must: the nominal one, or the first if most failed.
 
-    Parameters
-    ----------
-    failed : mapping of int to End
-        The runs that were begun and failed, by their number.
-    runs : int
-        Runs in all [-].
-    nominal : int
-        Number of the nominal run.
-    execution : ExecutionOptions
-        How failed runs are treated.
+    `failed` are those that were begun, of so many `runs` in all.
     """
     if not failed:
         return None
@@ -174,14 +153,7 @@ def set_apart(names: Sequence[str], these: Array, others: Array) -> str:
     """Where in the box some runs are, in words that follow a count of them.
 
     The range of a parameter is named if more than half of the other runs are outside of it; of more than two
-    such parameters, those with the most outside.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Names of the parameters.
-    these, others : ndarray, shape (runs, parameters)
-        Parameters of the runs, and of all others [SI units].
+    such parameters, those with the most outside. Both arrays have a row for each run.
 
     Examples
     --------

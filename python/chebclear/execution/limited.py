@@ -38,18 +38,10 @@ class CallError(ChebclearError, RuntimeError):
 
 
 class LimitedCalls:
-    """Calls functions, each for a limited time only.
+    """Calls functions, each for a limited time only [s], as long as they are `wanted`.
 
-    With a limit they are called on a thread of their own, which is abandoned when a call does not return: a
-    function that waits forever cannot be ended. One that computes in Python is ended.
-
-    Parameters
-    ----------
-    seconds : float or None
-        The limit [s]; None for none.
-    wanted : callable, optional
-        Says whether what is called is still wanted. Without it and without a limit functions are called on
-        the calling thread.
+    With one of both they are called on a thread of their own, which is abandoned when a call does not return:
+    a function that waits forever cannot be ended. One that computes in Python is ended.
     """
 
     def __init__(self, seconds: float | None, wanted: Callable[[], bool] | None = None) -> None:
@@ -60,14 +52,8 @@ class LimitedCalls:
     def __call__(self, function: Callable[..., Value], /, *arguments: Any, **keywords: Any) -> Value:
         """What the function returns or raises.
 
-        Raises
-        ------
-        TimeLimitError
-            If it takes longer.
-        CallError
-            If it raises what is no `Exception`; but `KeyboardInterrupt` on the calling thread is the user's.
-        concurrent.futures.CancelledError
-            If it is no longer wanted.
+        TimeLimitError if it takes longer, CancelledError if it is no longer wanted, CallError if it raises
+        what is no `Exception`; but `KeyboardInterrupt` on the calling thread is the user's.
         """
         call = functools.partial(function, *arguments, **keywords)
         if self._seconds is None and self._wanted is None:

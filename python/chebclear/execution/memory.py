@@ -58,17 +58,8 @@ SAMPLES_ALONE = Usage()
 
 
 def study_memory(shape: tuple[int, ...], usage: Usage, *, in_memory: bool = True) -> float:
-    """Memory that a study takes at most besides what the process has before [bytes].
-
-    Parameters
-    ----------
-    shape : tuple of int
-        Runs, samples and outputs.
-    usage : Usage
-        What its result takes.
-    in_memory : bool
-        Whether the samples are in the memory, and not in a file.
-    """
+    """Memory that a study of (runs, samples, outputs) takes at most besides what the process has [bytes];
+    samples that are not `in_memory` are in a file."""
     size, column = 8.0 * math.prod(shape), 8.0 * math.prod(shape[:2])
     taken = _ANY + _RUN * shape[0] + (size if in_memory else min(size, _BLOCK))
     if not shape[2]:
@@ -79,23 +70,10 @@ def study_memory(shape: tuple[int, ...], usage: Usage, *, in_memory: bool = True
 
 
 def sample_array(shape: tuple[int, ...], folder: str | os.PathLike[str] | None, usage: Usage) -> Array:
-    """An array for the samples of all runs.
+    """An array for the samples of all runs, in memory or in a file in a folder that goes with the process.
 
-    Parameters
-    ----------
-    shape : tuple of int
-        Runs, samples and outputs.
-    folder : path or None
-        Where to put a file that holds it, which goes with the process; None for the memory.
-    usage : Usage
-        What the result takes besides.
-
-    Raises
-    ------
-    MemoryLimitError
-        If a study of such an array would not fit into the memory.
-    StoreError
-        If the file does not fit on the disk.
+    MemoryLimitError is raised if a study of it, whose result takes `usage` besides, would not fit into the
+    memory; StoreError if the file does not fit on the disk.
     """
     size = 8 * math.prod(shape)
     needed = study_memory(shape, usage, in_memory=folder is None)
@@ -123,17 +101,7 @@ def sample_array(shape: tuple[int, ...], folder: str | os.PathLike[str] | None, 
 
 
 def copy_output(values: Array, index: int, into: Array) -> None:
-    """Copy one output of all samples, in blocks: samples in a file are in the memory only in part.
-
-    Parameters
-    ----------
-    values : ndarray, shape (rows, samples, outputs)
-        The samples.
-    index : int
-        The output.
-    into : ndarray, shape (rows, samples)
-        Where to.
-    """
+    """Copy one output of all samples, in blocks: samples in a file are in the memory only in part."""
     for part, place in zip(_blocks(values), _blocks(into, values[:1].nbytes), strict=True):
         place[...] = part[:, :, index]
         release(values)

@@ -116,31 +116,12 @@ def simulate_order(
 ) -> Piece:
     """Simulate what was ordered, wherever an executor has sent it.
 
-    Parameters
-    ----------
-    order : Order
-        What to simulate.
-    stop : str or threading.Event
-        What says that the runs are no longer wanted: an event, or the path of a file that appears then; on
-        another machine it never does.
-    into : ndarray, shape (runs, samples, outputs), optional
-        Where the outputs go, contiguous.
-    count : callable, optional
-        Gets the number of finished runs now and then.
-
-    Raises
-    ------
-    InputError
-        If the settings are wrong. What is wrong with a scene is in the end of its run.
-    concurrent.futures.CancelledError
-        If the runs are no longer wanted.
+    `stop` is as of `still_wanted`; the outputs go `into` an array of shape (runs, samples, outputs), and
+    `count` gets the number of finished runs now and then. Raises InputError if the settings are wrong
+    (what is wrong with a scene is in the end of its run), CancelledError if the runs are no longer wanted.
     """
     begin = time.perf_counter()
-    if isinstance(stop, str):
-        end_with_parent()
-        wanted: Callable[[], bool] = functools.partial(is_missing, stop)
-    else:
-        wanted = lambda: not stop.is_set()  # noqa: E731
+    wanted = still_wanted(stop)
 
     def go_on(done: int, total: int) -> None:
         if not wanted():
@@ -277,13 +258,17 @@ def _by_scene(error: InputError) -> dict[int, list[Problem]]:
     return found
 
 
-def is_missing(path: str) -> bool:
-    """Whether there is no such file; to be sent to workers."""
-    return not os.path.exists(path)
+def still_wanted(stop: str | threading.Event) -> Callable[[], bool]:
+    """Whether runs are still wanted: until an event, or until a file of this name appears for a worker
+    elsewhere, which ends with its parent; on another machine it never does."""
+    if not isinstance(stop, str):
+        return lambda: not stop.is_set()
+    _end_with_parent()
+    return lambda: not os.path.exists(stop)
 
 
 @functools.cache
-def end_with_parent() -> None:
+def _end_with_parent() -> None:
     """Let this worker end when the process that started it has been killed.
 
     Workers of a process pool wait for their next task on a pipe that they hold open themselves, so they would

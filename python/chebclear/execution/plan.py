@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -41,34 +40,6 @@ class Plan:
 
     def __repr__(self) -> str:
         return f"<Plan: {self}>"
-
-
-def planned(
-    shape: tuple[int, int, int],
-    features: int,
-    measured: Sequence[tuple[int, float]],
-    memory: float,
-    fits: float = 0.0,
-) -> Plan:
-    """The plan for runs of which some took so long.
-
-    Parameters
-    ----------
-    shape : tuple of int
-        Runs in all, samples and outputs [-].
-    features : int
-        Features of a run, of all cycles [-].
-    measured : sequence of tuple
-        Runs that were made at a time [-] and the time that they took together [s], the fewest first.
-    memory : float
-        Memory of this process with the study [bytes].
-    fits : float
-        Time of what follows the runs [s].
-    """
-    runs, size = shape[0], 8.0 * math.prod(shape)
-    # A run leaves its counts, its key and a status besides.
-    disk = size + runs * (8.0 * features + 200.0)
-    return Plan(runs, seconds_of(measured, runs) + fits, memory, disk, sum(count for count, _ in measured))
 
 
 def seconds_of(measured: Sequence[tuple[int, float]], runs: int) -> float:

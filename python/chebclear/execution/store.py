@@ -17,9 +17,8 @@ import os
 import re
 import stat
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,36 +45,20 @@ _TAKEN = (errno.EWOULDBLOCK, errno.EAGAIN, errno.EACCES, errno.EDEADLK)
 _NAMED = ("outputs", "features")
 
 
-class Known(Protocol):
-    """Common properties of the runs of a store."""
+def scene_facts(settings: Settings, topology: str, rtol: float) -> dict[str, Any]:
+    """What the simulations of a store have in common, as JSON has it.
 
-    def facts(self) -> dict[str, Any]:
-        """As JSON has it."""
-        ...
-
-
-@dataclass(frozen=True)
-class Identity:
-    """Common properties of the simulations of a store."""
-
-    settings: Settings
-    """Their settings; the outputs are given by name."""
-    topology: str
-    """Fingerprint of the parts of the mechanism and their connections, without any number."""
-    rtol: float
-    """Relative tolerance of the study [-]; that of single runs is part of their key."""
-
-    def facts(self) -> dict[str, Any]:
-        """As JSON has it."""
-        settings = dataclasses.asdict(self.settings) | {"rtol": self.rtol}
-        features = [f"{feature.kind} of {feature.of}" for feature in self.settings.features]
-        return {
-            "code": f"chebclear {package_version()}, core {code_version()}",
-            "topology": self.topology,
-            "settings": {name: value for name, value in settings.items() if name not in _NAMED},
-            "outputs": list(self.settings.outputs or ()),
-            "features": features,
-        }
+    The settings name the outputs; `topology` is a fingerprint of the mechanism without its numbers, `rtol`
+    the tolerance of the study, while that of single runs is part of their key.
+    """
+    plain = dataclasses.asdict(settings) | {"rtol": rtol}
+    return {
+        "code": f"chebclear {package_version()}, core {code_version()}",
+        "topology": topology,
+        "settings": {name: value for name, value in plain.items() if name not in _NAMED},
+        "outputs": list(settings.outputs or ()),
+        "features": [f"{feature.kind} of {feature.of}" for feature in settings.features],
+    }
 
 
 def run_key(scene: FlatScene, settings: Settings) -> bytes:
@@ -90,27 +73,18 @@ def _digest(structure: str) -> bytes:
 
 
 class Store:
-    """An open store; other processes are refused until it is closed.
+    """An open store of runs with some `facts` in common, in a folder that is made if it does not exist.
 
-    Parameters
-    ----------
-    path : path
-        The folder; made if it does not exist.
-    identity : Known
-        Required properties of its runs.
-
-    Raises
-    ------
-    StoreError
-        If the folder cannot be written to, is used by another process, or holds runs of something else.
+    Other processes are refused until it is closed. StoreError is raised if the folder cannot be written to,
+    is used by another process, or holds runs of something else.
     """
 
-    def __init__(self, path: str | os.PathLike[str], identity: Known) -> None:
+    def __init__(self, path: str | os.PathLike[str], facts: Mapping[str, Any]) -> None:
         self.path = Path(path)
         self.remarks: list[str] = []
         """Warnings about the files in the folder."""
         self._where: dict[bytes, tuple[str, int]] = {}
-        self._facts = identity.facts()
+        self._facts = dict(facts)
         with self._errors():
             self.path.mkdir(parents=True, exist_ok=True)
         self._lock = self._locked()
@@ -130,18 +104,8 @@ class Store:
         _unlock(self._lock)
         os.close(self._lock)
 
-    def __enter__(self) -> Store:
-        return self
-
-    def __exit__(self, *raised: object) -> None:
-        self.close()
-
     def __len__(self) -> int:
         return len(self._where)
-
-    def keys(self) -> tuple[bytes, ...]:
-        """Keys of all runs."""
-        return tuple(self._where)
 
     def __contains__(self, key: bytes) -> bool:
         return key in self._where
@@ -162,13 +126,7 @@ class Store:
                 self._write_head(self._facts)
 
     def write(self, keys: Sequence[bytes], piece: Piece) -> None:
-        """Keep a finished piece.
-
-        Raises
-        ------
-        StoreError
-            If that is impossible, such as on a full disk.
-        """
+        """Keep a finished piece; raises StoreError if that is impossible, such as on a full disk."""
         content = packed(self._facts, keys, piece)
         name = f"piece-{hashlib.sha256(content).hexdigest()[:32]}.npz"
         with self._errors(), replaced(self.path / name) as beside:
@@ -176,18 +134,7 @@ class Store:
         self._where |= {key: (name, row) for row, key in enumerate(keys)}
 
     def read(self, keys: Iterable[tuple[int, bytes]]) -> Iterator[tuple[list[int], Piece]]:
-        """The kept ones of some runs.
-
-        Parameters
-        ----------
-        keys : iterable of (int, bytes)
-            Number and key of each run.
-
-        Yields
-        ------
-        list of int, Piece
-            Numbers of some of the runs, and these runs.
-        """
+        """Numbers of some of the runs, which are given with their keys, and these runs, file by file."""
         by_file: dict[str, list[tuple[int, int]]] = {}
         for number, key in keys:
             if key in self._where:

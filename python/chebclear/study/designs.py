@@ -19,7 +19,7 @@ from ..execution.counts import Costs
 from ..execution.dispatch import worker_count
 from ..execution.failures import count_failed
 from ..execution.memory import Usage, study_memory, taken
-from ..execution.plan import Plan, planned, seconds_of
+from ..execution.plan import Plan, seconds_of
 from ..run.settings import Settings
 from ..run.tracking import settling_time
 from .band.judgment import doubts, early_widths, told_holes
@@ -243,15 +243,21 @@ def simulated_extremes(runner: Runner, result: StudyResult) -> tuple[WorstCase, 
 
 def plan_of(runner: Runner, design: Design, probes: int | None) -> Plan:
     """The cost of a design; see `Study.plan`."""
-    points = design.points
     runs, rows, measured = _timed(runner, design, probes, _ENOUGH, (_PROBES, _PROBES_OF_WORKER))
-    shape = (len(points) + 1, len(runs.t), len(runs.outputs))
-    features = len(runs.feature_names) * (1 if runs.features is None else runs.features.shape[1])
-    memory = taken() + study_memory(shape, design.usage, in_memory=runner.execution.in_memory)
-    fits = 0.0
+    count = len(design.points) + 1
+    shape = count, len(runs.t), len(runs.outputs)
+    features = 0 if runs.features is None else math.prod(runs.features.shape[1:])
+    seconds = seconds_of(measured, count)
     if design.usage.terms and runs.outputs:
-        fits = _fit_seconds(design, replace(runs, kept=rows[runs.kept]))
-    return planned(shape, features, measured, memory, fits)
+        seconds += _fit_seconds(design, replace(runs, kept=rows[runs.kept]))
+    return Plan(
+        count,
+        seconds,
+        memory=taken() + study_memory(shape, design.usage, in_memory=runner.execution.in_memory),
+        # A run leaves its counts, its key and a status besides.
+        disk=8.0 * math.prod(shape) + count * (8.0 * features + 200.0),
+        probes=sum(some for some, _ in measured),
+    )
 
 
 def predicted_seconds(runner: Runner, design: Design, enough: float) -> tuple[float, tuple[int, int]]:

@@ -6,7 +6,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear.execution import dispatch
-from chebclear.execution.plan import duration, planned
+from chebclear.execution.plan import Plan, duration, seconds_of
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
@@ -42,11 +42,10 @@ def test_a_plan_counts_what_a_method_will_simulate():
 
 
 def test_the_time_of_a_plan_is_that_of_its_probes():
-    plan = planned((1000, 51, 1), 0, [(10, 0.2)], 1e8)
-    assert plan.seconds == pytest.approx(20.0) and "1000 runs in about 20 s" in str(plan)
+    assert seconds_of([(10, 0.2)], 1000) == pytest.approx(20.0)
+    assert "1000 runs in about 20 s" in str(Plan(1000, 20.0, 1e8, 1e6, 10))
     # Starting takes 0.1 s, a run 0.02 s.
-    plan = planned((1000, 51, 1), 0, [(10, 0.3), (40, 0.9)], 1e8)
-    assert plan.seconds == pytest.approx(20.1) and plan.probes == 50
+    assert seconds_of([(10, 0.3), (40, 0.9)], 1000) == pytest.approx(20.1)
     assert [duration(t) for t in (0.5, 300.0, 7200.0)] == ["0.5 s", "5 min", "2.0 h"]
 
 

@@ -223,12 +223,10 @@ def test_a_folder_of_other_files_is_no_store(tmp_path):
 HOLDER = """
 import sys
 from chebclear.execution import store
-class Known:
-    def facts(self):
-        return {"code": "", "topology": "", "settings": {}, "outputs": [], "features": []}
-with store.Store(sys.argv[1], Known()):
-    print("open", flush=True)
-    sys.stdin.read()
+facts = {"code": "", "topology": "", "settings": {}, "outputs": [], "features": []}
+held = store.Store(sys.argv[1], facts)
+print("open", flush=True)
+sys.stdin.read()
 """
 
 

@@ -14,7 +14,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear.execution.store import differences
-from chebclear.study.sources.identity import ModelIdentity
+from chebclear.study.sources.identity import model_facts
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
@@ -55,7 +55,7 @@ PROGRAM = """
 import importlib, json, sys
 from pathlib import Path
 from chebclear.errors import ArgumentError
-from chebclear.study.sources.identity import ModelIdentity
+from chebclear.study.sources.identity import model_facts
 
 sys.dont_write_bytecode = True
 found = {}
@@ -66,7 +66,7 @@ for folder in json.load(sys.stdin):
     kept = dict(vars(numpy))
     try:
         study = importlib.import_module("study")
-        found[folder] = ModelIdentity.of(study.model, {}, None).facts()
+        found[folder] = model_facts(study.model, {}, None)
     except ArgumentError as error:
         found[folder] = str(error)
     vars(numpy).update(kept)
@@ -133,7 +133,7 @@ def test_what_cannot_be_known_asks_for_a_version(known, name):
 
 
 def facts(model, fixed=None, version=None):
-    return ModelIdentity.of(model, fixed or {}, version).facts()
+    return model_facts(model, fixed or {}, version)
 
 
 def test_compiled_modules_of_the_user_are_compared_by_their_bytes(tmp_path):
@@ -178,8 +178,8 @@ def test_a_script_is_known_by_the_name_under_which_others_import_it(tmp_path):
 
 
 SHOWN = """
-from chebclear.study.sources.identity import ModelIdentity
-print(json.dumps(ModelIdentity.of(model, {}, None).facts()))
+from chebclear.study.sources.identity import model_facts
+print(json.dumps(model_facts(model, {}, None)))
 """
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from ...execution.archive import KEY_BYTES
 from ...execution.batch import WORKER_LOST
 from ...execution.calls import Answers, Calls
 from ...execution.counts import STATS
-from ...execution.dispatch import Task, dispatch
+from ...execution.dispatch import CallingThread, ExecutorWorkers, Source, Task
 from ...execution.failures import FEATURE, MODEL, FailedRun, end_of, error_to_raise, run_to_raise
 from ...execution.limited import TimeLimitError
 from ...execution.options import ExecutionOptions
@@ -24,18 +23,11 @@ from ...execution.pieces import DONE, NOT_BEGUN, End, Piece, code_version
 from ...execution.store import Store
 from .returned import ReturnedRun, read_run, require_same
 
+if TYPE_CHECKING:
+    from .own import ModelTable
+
 # Largest size of the values of a piece [bytes]; workers hold some pieces at a time.
 _MOST_BYTES = 16_000_000
-
-
-class Table(Protocol):
-    """Destination of runs."""
-
-    def begin(self, first: ReturnedRun) -> None:
-        """Allocate memory for runs like this one."""
-
-    def fill(self, number: int, run: ReturnedRun) -> None:
-        """Store a run; raises the exceptions of the user's features."""
 
 
 def call_model(
@@ -53,101 +45,72 @@ def call_model(
         raise _named(error, parameters) from None
 
 
-@dataclass(eq=False)
-class Calling:
-    """A source of pieces of some calls each, and the end of every run."""
+class Calling(Source):
+    """The calls of a model at `given` parameters; the nominal run, if it is among them, is called first.
 
-    call: Callable[[Mapping[str, float]], ReturnedRun]
-    """Gets the parameters of a run."""
-    given: Sequence[Mapping[str, float]]
-    """Parameters of each run by name."""
-    nominal: int | None
-    """Number of the nominal run, if it is among them."""
-    execution: ExecutionOptions
-    """Where calls are made, and how failed ones are treated."""
-    store: Store | None
-    """Store of finished runs."""
-    table: Table
-    """Where they go."""
-    first: ReturnedRun | None = None
-    """The run that all others are held to; the first one that succeeds if there is none yet."""
-    done: int = 0
-    """Runs that need no more work."""
-    ends: list[End] = field(init=False)
-    """How each run ended."""
+    All runs are held to the names and instants of `first`: of the first one that succeeds if it is None.
+    """
 
-    def __post_init__(self) -> None:
-        self.total = len(self.given)
-        self.ends = [End()] * self.total
-        numbers = list(range(self.total))
-        if self.nominal is not None:  # first, since nothing can be made of a study without it
-            numbers = [self.nominal, *(number for number in numbers if number != self.nominal)]
-        self._numbers = numbers
-        self._taken = 0
+    def __init__(
+        self,
+        call: Callable[[Mapping[str, float]], ReturnedRun],
+        given: Sequence[Mapping[str, float]],
+        nominal: int | None,
+        execution: ExecutionOptions,
+        store: Store | None,
+        table: ModelTable,
+        first: ReturnedRun | None,
+    ) -> None:
+        numbers = list(range(len(given)))
+        if nominal is not None:  # nothing can be made of a study without it
+            numbers = [nominal, *(number for number in numbers if number != nominal)]
+        super().__init__(numbers, store)
+        self._call = call
+        self._given = given
+        self._nominal = nominal
+        self._execution = execution
+        self._table = table
+        self.first = first
         self._oldest = 0
         self._first_failure: tuple[int, Exception] | None = None
-        self._kept: list[tuple[int, bytes]] = []
         self._early: dict[int, ReturnedRun] = {}
-
-    @property
-    def left(self) -> int:
-        return self.total - self._taken
 
     def run(self, report: Progress | None) -> None:
         """Make all runs, or those for which there is time."""
         if self.first is not None:
             self._begin(self.first)
-        elif self.store is not None and (key := self._key(self._numbers[0])) in self.store:
-            self._begin(self._first_of(self.store, key))
-        most = self.execution.max_seconds
-        dispatch(self, self.execution.executor, 0, report, most)
-        for number in self._numbers[self._taken :]:
-            self.ends[number] = End(NOT_BEGUN, f"there was no time for it within {most:g} s")
-        if self.store is not None and self._kept:
-            if self.first is None:
-                self._begin(self._first_of(self.store, self._kept[0][1]))
-            for numbers, piece in self.store.read(self._kept):
-                self._fill_kept(numbers, piece)
-                if report is not None:
-                    report(self.done, self.total)
+        elif self._store is not None and (key := self._key(self._numbers[0])) in self._store:
+            self._begin(self._first_of(self._store, key))
+        executor = self._execution.executor
+        workers = CallingThread() if executor is None else ExecutorWorkers(executor, self)
+        self.make(workers, report, self._execution.max_seconds)
+        if self.first is None and self._store is not None and self._kept:
+            self._begin(self._first_of(self._store, self._kept[0][1]))
+        self.read_kept(report)
         self._require_success()
 
     def failures(self) -> tuple[FailedRun, ...]:
         """The runs that failed."""
-        return tuple(
-            FailedRun.of(number, self.given[number], end)
-            for number, end in enumerate(self.ends)
-            if end.status != DONE
-        )
+        return tuple(FailedRun.of(number, self._given[number], end) for number, end in self.failed().items())
 
     def take(self, count: int) -> Task | None:
-        """The next runs that no store keeps, at most so many; None if there are no more."""
         if self.first is not None:
             count = min(count, max(1, _MOST_BYTES // max(1, self._bytes(self.first))))
         runs: list[int] = []
         while len(runs) < count and self._taken < self.total:
             number = self._numbers[self._taken]
             self._taken += 1
-            if self.store is not None and (key := self._key(number)) in self.store:
+            if self._store is not None and (key := self._key(number)) in self._store:
                 self._kept.append((number, key))
             else:
                 runs.append(number)
         return self.again(runs) if runs else None
 
     def again(self, runs: Sequence[int]) -> Task:
-        """Runs that must be made once more."""
-        order = Calls(self.call, [self.given[number] for number in runs], self.execution.run_seconds)
+        order = Calls(self._call, [self._given[number] for number in runs], self._execution.run_seconds)
         return Task(runs, order, None)
 
-    @property
-    def keeps(self) -> bool:
-        return self.store is not None
-
-    def keep(self, task: Task, piece: Piece) -> None:
-        """Nothing: what a model returned is validated before it is stored."""
-
     def place(self, task: Task, answers: Answers) -> None:
-        """Keep finished runs."""
         for number, run, error in zip(task.runs, answers.values, answers.errors, strict=True):
             if error is not None:
                 self._fail(number, error, MODEL)
@@ -160,11 +123,10 @@ class Calling:
             self._settle(self.first)
 
     def lost(self, runs: Sequence[int], error: BaseException) -> None:
-        """Note runs whose worker ended whenever they were tried."""
         message = f"its worker was lost whenever it was tried: {error_text(error)}"
         for number in runs:
-            lost = SimulationError(WORKER_LOST, 0.0, None, self.given[number], message)
-            self._end(number, End(WORKER_LOST, message), lost)
+            lost = SimulationError(WORKER_LOST, 0.0, None, self._given[number], message)
+            self._ended(number, End(WORKER_LOST, message), lost)
         self.done += len(runs)
 
     def _find_first(self) -> None:
@@ -180,9 +142,9 @@ class Calling:
 
     def _begin(self, first: ReturnedRun) -> None:
         self.first = first
-        self.table.begin(first)
-        if self.store is not None:
-            self.store.name(list(first.series), list(first.numbers))
+        self._table.begin(first)
+        if self._store is not None:
+            self._store.name(list(first.series), list(first.numbers))
 
     def _settle(self, first: ReturnedRun) -> None:
         """Put runs that came back into the store and the table."""
@@ -192,24 +154,23 @@ class Calling:
                 require_same(first, run)
                 good[number] = run
             except ValueError as error:
-                self._fail(number, _named(error, self.given[number]), MODEL)
+                self._fail(number, _named(error, self._given[number]), MODEL)
         self._early = {}
-        if self.store is not None and good:
-            self.store.write([self._key(number) for number in good], _piece(first, list(good.values())))
+        if self._store is not None and good:
+            self._store.write([self._key(number) for number in good], _piece(first, list(good.values())))
         for number, run in good.items():
             self._fill(number, run)
 
     def _fill(self, number: int, run: ReturnedRun) -> None:
         try:
-            self.table.fill(number, run)
+            self._table.fill(number, run)
         except Exception as error:
             self._fail(number, error, FEATURE)
 
-    def _fill_kept(self, numbers: Sequence[int], piece: Piece) -> None:
-        assert self.first is not None, "what is kept was read after it"
+    def fill(self, numbers: Sequence[int], piece: Piece) -> None:
+        assert self.first is not None, "what is kept is read after it"
         for row, number in enumerate(numbers):
             self._fill(number, _run_of(piece, row, list(self.first.series), list(self.first.numbers)))
-        self.done += len(numbers)
 
     def _first_of(self, store: Store, key: bytes) -> ReturnedRun:
         """A run that is kept, with the names that it was kept with."""
@@ -220,29 +181,29 @@ class Calling:
 
     def _fail(self, number: int, error: Exception, where: str) -> None:
         if isinstance(error, TimeLimitError):
-            error.add_note(f"in the model with {describe(self.given[number])}")
-        self._end(number, end_of(error, where), error)
+            error.add_note(f"in the model with {describe(self._given[number])}")
+        self._ended(number, end_of(error, where), error)
 
-    def _end(self, number: int, end: End, error: Exception) -> None:
+    def _ended(self, number: int, end: End, error: Exception) -> None:
         """Note a run that failed; its error is kept if it may have to be raised."""
-        if self.execution.on_failure == "raise" or number == self.nominal:
+        if self._execution.on_failure == "raise" or number == self._nominal:
             raise error
         self.ends[number] = end
         if self._first_failure is None or number < self._first_failure[0]:
             self._first_failure = (number, error)
 
     def _require_success(self) -> None:
-        failed = {number: end for number, end in enumerate(self.ends) if end.status not in (DONE, NOT_BEGUN)}
-        nominal = -1 if self.nominal is None else self.nominal
-        if run_to_raise(failed, self.total, nominal, self.execution) is not None:
+        failed = {number: end for number, end in self.failed().items() if end.status != NOT_BEGUN}
+        nominal = -1 if self._nominal is None else self._nominal
+        if run_to_raise(failed, self.total, nominal, self._execution) is not None:
             assert self._first_failure is not None, "a run failed"
             error = self._first_failure[1]
             if len(failed) > 1:
                 error.add_note(f"{len(failed)} of {self.total} runs of the study failed")
-            raise error_to_raise(error, failed, self.total, self.execution)
+            raise error_to_raise(error, failed, self.total, self._execution)
 
     def _key(self, number: int) -> bytes:
-        text = json.dumps(dict(sorted(self.given[number].items())))
+        text = json.dumps(dict(sorted(self._given[number].items())))
         return hashlib.sha256(text.encode()).digest()[:KEY_BYTES]
 
     @staticmethod

@@ -26,7 +26,7 @@ from ...scene.scene import Interval
 from ..features.features import FeatureSpec, called
 from ..polynomials.points import nominal_point
 from .calling import Calling, call_model
-from .identity import ModelIdentity
+from .identity import model_facts
 from .returned import ReturnedRun
 from .run_table import RunTable
 from .units import require_known
@@ -176,8 +176,8 @@ class OwnModel:
         given = [dict(zip(self.intervals, map(float, row), strict=True)) for row in rows]
         store = None
         if execution.store is not None:
-            store = Store(execution.store, ModelIdentity.of(self.call, self.fixed, self.version))
-        table = _Table(self, given, execution.run_seconds)
+            store = Store(execution.store, model_facts(self.call, self.fixed, self.version))
+        table = ModelTable(self, given, execution.run_seconds)
         call = functools.partial(call_model, self.call, self.fixed)
         nominal = len(given) - 1 if midpoint else None
         calling = Calling(call, given, nominal, execution, store, table, self.first)
@@ -206,7 +206,7 @@ class OwnModel:
         )
 
 
-class _Table:
+class ModelTable:
     """The runs of a model as arrays, with their features."""
 
     def __init__(

@@ -31,7 +31,7 @@ from ...execution.limited import LimitedCalls
 from ...execution.memory import Usage
 from ...execution.options import ExecutionOptions
 from ...execution.pieces import NOT_BEGUN, SCENE, SETTINGS, End
-from ...execution.store import Identity, Store
+from ...execution.store import Store, scene_facts
 from ...run.notices import Notice
 from ...run.settings import Settings
 from ...scene.scene import Interval, Scene
@@ -166,24 +166,14 @@ class SceneRuns:
         store = None
         settings = replace(self.settings, outputs=self.columns)
         if execution.store is not None:
-            identity = Identity(settings, self._like[0].fingerprint, self._rtol)
-            store = Store(execution.store, identity)
+            store = Store(execution.store, scene_facts(settings, self._like[0].fingerprint, self._rtol))
         try:
             numbers = list(range(self._last))
             if self._midpoint:  # first, since a study needs it
                 numbers = [self._last, *numbers]
-            batch = Batch(
-                self._build,
-                numbers,
-                settings,
-                threads=1 if execution.executor is None else execution.threads or 1,
-                retried=execution.on_failure == "collect",
-                run_seconds=execution.run_seconds,
-                store=store,
-                in_memory=execution.in_memory,
-                usage=replace(self._usage, threads=self._threads),
-            )
-            batch.run(execution.executor, execution.threads, report, execution.max_seconds)
+            usage = replace(self._usage, threads=self._threads)
+            batch = Batch(self._build, numbers, settings, execution, store, usage)
+            batch.run(report)
         except RefusedRunError as error:
             raise SceneError(located(self.parameters(error.number), error.end.problems)) from None
         finally:
@@ -312,7 +302,7 @@ class SceneRuns:
         if self._asked:
             features = self._features(batch)
             self._require_success(batch)
-        failed = dict(batch.failed())
+        failed = batch.failed()
         kept = np.array([number for number in range(self.count) if number not in failed], dtype=np.intp)
         failures = tuple(FailedRun.of(number, self.parameters(number), end) for number, end in failed.items())
         values = _moved_up(batch.values, kept)
@@ -343,7 +333,7 @@ class SceneRuns:
 
     def _features(self, batch: Batch) -> Array:
         """The features of all runs; a run without one counts as failed."""
-        failed = dict(batch.failed())
+        failed = batch.failed()
 
         def fail(number: int, error: Exception) -> None:
             if self._execution.on_failure == "raise":
@@ -371,7 +361,7 @@ class SceneRuns:
 
     def _require_success(self, batch: Batch) -> None:
         """Raise for the first failure if the study says so, or if the nominal run or most runs failed."""
-        failed = {number: end for number, end in batch.failed() if end.status != NOT_BEGUN}
+        failed = {number: end for number, end in batch.failed().items() if end.status != NOT_BEGUN}
         first = run_to_raise(failed, self.count, self._last, self._execution)
         if first is not None:
             raise error_to_raise(self._error_of(first, failed), failed, self.count, self._execution)
