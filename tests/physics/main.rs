@@ -16,7 +16,7 @@ mod contact {
 
 mod scene {
     pub(crate) mod bad_elements;
-    mod properties;
+    pub(crate) mod properties;
     pub(crate) mod scenes;
     mod time_functions;
 }
@@ -65,7 +65,7 @@ mod run {
     mod oracles;
     mod reference;
     mod restart;
-    mod scaling;
+    pub(crate) mod scaling;
     mod tables;
 }
 

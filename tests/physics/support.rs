@@ -29,6 +29,42 @@ pub fn ideal(name: &str, a: &str, b: &str, kind: JointKind) -> Joint {
     Joint::Ideal { name: name.to_owned(), a: a.to_owned(), b: b.to_owned(), kind }
 }
 
+/// A revolute joint with clearance and the sliding velocity of the surfaces.
+pub fn loose(
+    name: &str,
+    [bearing, journal]: [&str; 2],
+    [journal_radius, clearance]: [f64; 2],
+    contact: NormalLaw,
+    friction: Option<FrictionLaw>,
+) -> Joint {
+    Joint::Clearance {
+        name: name.to_owned(),
+        bearing: bearing.to_owned(),
+        journal: journal.to_owned(),
+        journal_radius,
+        clearance,
+        contact,
+        friction,
+        sliding: SlidingVelocity::Surface,
+        film: None,
+        impact_velocity_floor: None,
+    }
+}
+
+/// Another floor of the impact velocity of a joint with clearance.
+pub fn with_floor(mut joint: Joint, floor: Option<f64>) -> Joint {
+    let Joint::Clearance { impact_velocity_floor, .. } = &mut joint else { panic!("no clearance") };
+    *impact_velocity_floor = floor;
+    joint
+}
+
+/// Another sliding velocity of a joint with clearance.
+pub fn with_sliding(mut joint: Joint, convention: SlidingVelocity) -> Joint {
+    let Joint::Clearance { sliding, .. } = &mut joint else { panic!("no clearance") };
+    *sliding = convention;
+    joint
+}
+
 /// Eq. (11) with the numbers of Table 2.
 pub fn paper_friction() -> FrictionLaw {
     FrictionLaw::ModifiedCoulomb {
@@ -48,6 +84,9 @@ pub fn slider_crank(as_printed: bool) -> Scene {
     } else {
         (3.326530256934e11, 0.21 * rod * rod / 12.0, SlidingVelocity::Surface)
     };
+    let damping = Damping::LankaraniNikravesh { restitution: 0.9 };
+    let contact = NormalLaw { stiffness, exponent: 1.5, damping };
+    let wrist = loose("wrist", ["rod.C", "slider"], [9.8e-3, 2e-5], contact, Some(paper_friction()));
     Scene {
         ground: Vec::new(),
         bodies: vec![
@@ -71,22 +110,7 @@ pub fn slider_crank(as_printed: bool) -> Scene {
             ideal("crank_bearing", "ground", "crank.A", JointKind::Revolute),
             ideal("crank_pin", "crank.B", "rod.B", JointKind::Revolute),
             ideal("guide", "ground", "slider", JointKind::Prismatic { axis: [1.0, 0.0], angle: 0.0 }),
-            Joint::Clearance {
-                name: "wrist".to_owned(),
-                bearing: "rod.C".to_owned(),
-                journal: "slider".to_owned(),
-                journal_radius: 9.8e-3,
-                clearance: 2e-5,
-                contact: NormalLaw {
-                    stiffness,
-                    exponent: 1.5,
-                    damping: Damping::LankaraniNikravesh { restitution: 0.9 },
-                },
-                friction: Some(paper_friction()),
-                sliding,
-                film: None,
-                impact_velocity_floor: Some(1e-6),
-            },
+            with_floor(with_sliding(wrist, sliding), Some(1e-6)),
         ],
         forces: Vec::new(),
         drives: vec![Drive::Speed {

@@ -7,10 +7,10 @@ use chebclear::dynamics::Dynamics;
 use chebclear::numerics::dual::{Dual, Scalar};
 use chebclear::run::settings::Settings;
 use chebclear::run::trajectory::{simulate, simulate_from};
-use chebclear::scene::parts::{Joint, Scene};
+use chebclear::scene::parts::Scene;
 use chebclear::tree::elements::State;
 
-use crate::support::{Random, body, compile, derivative, paper_friction};
+use crate::support::{Random, body, compile, derivative, loose, paper_friction, with_sliding};
 
 const HERTZ: NormalLaw = NormalLaw { stiffness: 1e10, exponent: 1.5, damping: Damping::Elastic };
 
@@ -265,24 +265,18 @@ fn concentric_journal_feels_no_force_and_nothing_is_divided_by_zero() {
 
 /// A journal in a fixed bearing, or in a bearing on a free body.
 fn pair(free_bearing: bool, sliding: SlidingVelocity) -> Scene {
+    let bearing = if free_bearing { "housing" } else { "ground" };
+    let law = NormalLaw { stiffness: 1e4, ..HERTZ };
     let mut bodies = vec![body("shaft", 2.0, 0.5, [0.0, 0.0], Vec::new())];
     if free_bearing {
         bodies.push(body("housing", 4.0, 0.6, [0.0, 0.0], Vec::new()));
     }
     Scene {
         bodies,
-        joints: vec![Joint::Clearance {
-            name: "joint".to_owned(),
-            bearing: if free_bearing { "housing" } else { "ground" }.to_owned(),
-            journal: "shaft".to_owned(),
-            journal_radius: 0.1,
-            clearance: 0.02,
-            contact: NormalLaw { stiffness: 1e4, exponent: 1.5, damping: Damping::Elastic },
-            friction: Some(COULOMB),
+        joints: vec![with_sliding(
+            loose("joint", [bearing, "shaft"], [0.1, 0.02], law, Some(COULOMB)),
             sliding,
-            film: None,
-            impact_velocity_floor: None,
-        }],
+        )],
         ..Scene::default()
     }
 }

@@ -1,7 +1,6 @@
 //! The mass that a contact feels, and the scales that follow from it.
 
 use chebclear::contact::normal::{Damping, NormalLaw};
-use chebclear::contact::pair::SlidingVelocity;
 use chebclear::dynamics::Dynamics;
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::scene::parts::{Body, Drive, Force, ForceFrame, Joint, JointKind, Scene};
@@ -10,7 +9,7 @@ use chebclear::tree::elements::{ContactScales, State};
 use chebclear::tree::kinematics::Vec2;
 
 use crate::dynamics::random_trees::cases;
-use crate::support::{body, compile, ideal, point};
+use crate::support::{body, compile, ideal, loose, point};
 
 /// The scene with its last clearance joint made ideal: it closes a loop, or joins what floated.
 fn last_joint_ideal(mut scene: Scene) -> Scene {
@@ -94,6 +93,8 @@ fn six_bar(crank_angle: f64, prescribed: f64) -> Scene {
         let points = vec![point("P", 0.0, 0.0), point("Q", length, 0.0), point("R", 0.5 * length, 0.06)];
         Body { angle, ..body(name, mass, mass * length * length / 12.0, [0.5 * length, 0.0], points) }
     };
+    let damping = Damping::LankaraniNikravesh { restitution: 0.9 };
+    let contact = NormalLaw { stiffness: 3.3e11, exponent: 1.5, damping };
     Scene {
         ground: vec![point("A", 0.0, 0.0), point("D", 0.12, 0.0), point("G", 0.18, 0.08)],
         bodies: vec![
@@ -110,22 +111,7 @@ fn six_bar(crank_angle: f64, prescribed: f64) -> Scene {
             ideal("D", "ground.D", "rocker.P", JointKind::Revolute),
             ideal("F", "link.Q", "output.Q", JointKind::Revolute),
             ideal("G", "ground.G", "output.P", JointKind::Revolute),
-            Joint::Clearance {
-                name: "E".to_owned(),
-                bearing: "coupler.R".to_owned(),
-                journal: "link.P".to_owned(),
-                journal_radius: 9.8e-3,
-                clearance: 2e-5,
-                contact: NormalLaw {
-                    stiffness: 3.3e11,
-                    exponent: 1.5,
-                    damping: Damping::LankaraniNikravesh { restitution: 0.9 },
-                },
-                friction: None,
-                sliding: SlidingVelocity::Surface,
-                film: None,
-                impact_velocity_floor: None,
-            },
+            loose("E", ["coupler.R", "link.P"], [9.8e-3, 2e-5], contact, None),
         ],
         drives: vec![Drive::Speed {
             name: "drive".to_owned(),

@@ -2,7 +2,6 @@
 
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::{Damping, NormalLaw};
-use chebclear::contact::pair::SlidingVelocity;
 use chebclear::integrators::Status;
 use chebclear::run::settings::{Method, Settings};
 use chebclear::run::trajectory::{EventKind, Trajectory, simulate, simulate_from};
@@ -10,24 +9,14 @@ use chebclear::scene::parts::{Drive, Force, Joint, JointKind, Scene};
 use chebclear::tree::elements::State;
 use std::f64::consts::PI;
 
-use crate::support::{body, compile, ideal, paper_friction, point};
+use crate::support::{body, compile, ideal, loose, paper_friction, point, with_floor};
 
 const MASS: f64 = 0.14;
 const STIFFNESS: f64 = 1e11;
 
 fn clearance_joint(name: &str, bearing: &str, journal: &str, clearance: f64, damping: Damping) -> Joint {
-    Joint::Clearance {
-        name: name.to_owned(),
-        bearing: bearing.to_owned(),
-        journal: journal.to_owned(),
-        journal_radius: 0.01,
-        clearance,
-        contact: NormalLaw { stiffness: STIFFNESS, exponent: 1.5, damping },
-        friction: None,
-        sliding: SlidingVelocity::Surface,
-        film: None,
-        impact_velocity_floor: Some(1e-3),
-    }
+    let contact = NormalLaw { stiffness: STIFFNESS, exponent: 1.5, damping };
+    with_floor(loose(name, [bearing, journal], [0.01, clearance], contact, None), Some(1e-3))
 }
 
 /// A free journal in a fixed bearing, no gravity.

@@ -5,11 +5,11 @@ use chebclear::contact::normal::Damping;
 use chebclear::contact::pair::{Phase, SlidingVelocity};
 use chebclear::run::settings::Method;
 use chebclear::run::trajectory::{Settings, simulate};
-use chebclear::scene::loads::Load;
-use chebclear::scene::parts::{Drive, Force, ForceFrame, Joint, JointKind, Scene};
+use chebclear::scene::parts::{Drive, Force, Joint, JointKind, Scene};
 use chebclear::scene::time_function::{Spline, TimeFunction};
 
 use crate::dynamics::cartesian::{acceleration, added, dynamics_of, moving_cases};
+use crate::run::scaling::{elements, prescribed};
 use crate::support::{body, compile, derivative, ideal, point, slider_crank};
 
 #[test]
@@ -65,20 +65,13 @@ fn energy_changes_by_the_powers_that_are_named() {
     assert!(sliding > 30 && damped > 30, "{sliding} sliding contacts, {damped} mechanisms with dampers");
 }
 
-/// The paper's mechanism with something changed.
-fn changed(change: impl FnOnce(&mut Scene)) -> Scene {
-    let mut scene = slider_crank(false);
-    change(&mut scene);
-    scene
-}
-
 fn wrist(damping: Damping, friction: Option<FrictionLaw>, convention: SlidingVelocity) -> Scene {
-    changed(|scene| {
-        let Joint::Clearance { contact, friction: law, sliding, .. } = &mut scene.joints[3] else {
-            panic!("the wrist has clearance")
-        };
-        (contact.damping, *law, *sliding) = (damping, friction, convention);
-    })
+    let mut scene = slider_crank(false);
+    let Joint::Clearance { contact, friction: law, sliding, .. } = &mut scene.joints[3] else {
+        unreachable!()
+    };
+    (contact.damping, *law, *sliding) = (damping, friction, convention);
+    scene
 }
 
 /// Largest `energy.balance` over the largest energy.
@@ -169,68 +162,11 @@ fn the_balance_closes_where_a_crank_turns_many_times_in_one_step() {
 
 #[test]
 fn the_balance_closes_with_every_element_around_a_loop_with_clearance() {
-    let table = Spline::new(&[0.0, 1e-3, 2e-3, 4e-3, 5e-3], &[0.0, 200.0, -100.0, 300.0, 0.0]).unwrap();
-    let scene = changed(|scene| {
-        scene.drives[0] = Drive::Motion {
-            name: "drive".into(),
-            joint: "crank_bearing".into(),
-            motion: TimeFunction::Polynomial(vec![0.2, 180.0, 4e3]),
-        };
-        scene.forces = vec![
-            Force::Gravity { acceleration: [1.0, -9.81] },
-            Force::Spring {
-                name: "spring".into(),
-                a: "ground".into(),
-                b: "slider".into(),
-                stiffness: 2e4,
-                length: 0.15,
-                damping: 30.0,
-                tension: Load::NONE,
-            },
-            Force::TorsionSpring {
-                name: "coil".into(),
-                a: "crank".into(),
-                b: "rod".into(),
-                stiffness: 5.0,
-                angle: 0.1,
-                damping: 0.01,
-            },
-            Force::Applied {
-                name: "load".into(),
-                point: "slider".into(),
-                x: TimeFunction::Table(table).into(),
-                y: TimeFunction::Harmonic {
-                    mean: 0.0,
-                    amplitude: 50.0,
-                    angular_frequency: 900.0,
-                    phase: 0.3,
-                }
-                .into(),
-                frame: ForceFrame::Body,
-            },
-            Force::Torque {
-                name: "motor".into(),
-                body: "rod".into(),
-                reaction: "crank".into(),
-                torque: TimeFunction::Harmonic {
-                    mean: 1.0,
-                    amplitude: 3.0,
-                    angular_frequency: 700.0,
-                    phase: 0.0,
-                }
-                .into(),
-            },
-        ];
-    });
     for method in [Method::Rodas4, Method::Rodas5P, Method::Dop853, Method::Adams] {
-        let error = imbalance(&scene, 5e-3, 1e-8, method);
+        let error = imbalance(&elements(), 5e-3, 1e-8, method);
         assert!(error < 1e-6, "{method:?}: {error:e}");
     }
     // Without play the drive prescribes everything: the quadrature alone is left.
-    let ideal_wrist = Scene {
-        joints: [&scene.joints[..3], &[ideal("wrist", "rod.C", "slider", JointKind::Revolute)]].concat(),
-        ..scene
-    };
-    let error = imbalance(&ideal_wrist, 5e-3, 1e-8, Method::Rodas5P);
+    let error = imbalance(&prescribed(), 5e-3, 1e-8, Method::Rodas5P);
     assert!(error < 1e-12, "prescribed: {error:e}");
 }

@@ -1,14 +1,13 @@
 //! The floor of the impact velocity in contact laws, and its effect on a run.
 
 use chebclear::contact::normal::{Damping, NormalLaw};
-use chebclear::contact::pair::SlidingVelocity;
 use chebclear::run::settings::Settings;
 use chebclear::run::trajectory::{EventKind, Trajectory, simulate_from};
-use chebclear::scene::parts::{Force, ForceFrame, Joint, Scene};
+use chebclear::scene::parts::{Force, ForceFrame, Scene};
 use chebclear::scene::time_function::TimeFunction;
 use chebclear::tree::elements::State;
 
-use crate::support::{body, compile};
+use crate::support::{body, compile, loose, with_floor};
 
 const STIFFNESS: f64 = 1e9;
 const CLEARANCE: f64 = 1e-3;
@@ -23,20 +22,11 @@ const LAWS: [Damping; 3] = [
 
 /// A shaft of 1 kg over the bottom of its bearing, under its weight.
 fn shaft(damping: Damping, impact_velocity_floor: Option<f64>) -> Scene {
+    let contact = NormalLaw { stiffness: STIFFNESS, exponent: 1.5, damping };
+    let joint = loose("bearing", ["ground", "shaft"], [RADIUS, CLEARANCE], contact, None);
     Scene {
         bodies: vec![body("shaft", 1.0, 1e-3, [0.0, 0.0], Vec::new())],
-        joints: vec![Joint::Clearance {
-            name: "bearing".to_owned(),
-            bearing: "ground".to_owned(),
-            journal: "shaft".to_owned(),
-            journal_radius: RADIUS,
-            clearance: CLEARANCE,
-            contact: NormalLaw { stiffness: STIFFNESS, exponent: 1.5, damping },
-            friction: None,
-            sliding: SlidingVelocity::Surface,
-            film: None,
-            impact_velocity_floor,
-        }],
+        joints: vec![with_floor(joint, impact_velocity_floor)],
         forces: vec![Force::Gravity { acceleration: [0.0, -GRAVITY] }],
         ..Scene::default()
     }

@@ -1,4 +1,4 @@
-//! Springs, dampers, given forces, motions and starts with something wrong: refused at their paths.
+//! Scenes with something wrong: refused at the path of the field, all at once, and with the nearest known name.
 
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::run::features::{Feature, FeatureKind};
@@ -8,8 +8,12 @@ use chebclear::scene::loads::Load;
 use chebclear::scene::parts::{Force, ForceFrame, Scene, Start};
 use chebclear::scene::reader::read_scene;
 use chebclear::scene::time_function::{Spline, TimeFunction};
+use serde_json::{Value, json};
 
+use crate::scene::properties::places;
+use crate::scene::scenes;
 use crate::support::compile;
+use std::f64::consts::TAU;
 
 pub(crate) const GOOD: &str = r#"{
   "ground": {"O": [0, 0], "W": [-1, 0]},
@@ -107,385 +111,309 @@ fn the_good_text_is_read_as_what_it_says() {
     assert_eq!(compile(&scene).degrees_of_freedom(), 5);
 }
 
-/// The only problem of the good text with one passage replaced.
-fn only_problem(passage: &str, replacement: &str) -> String {
-    assert_eq!(GOOD.matches(passage).count(), 1, "{passage}");
-    let error = read_scene(&GOOD.replacen(passage, replacement, 1)).expect_err(replacement);
-    assert_eq!(error.problems.len(), 1, "{error}");
-    error.to_string()
+/// The JSON pointer of a path such as `forces[0].stiffness`.
+fn pointer(path: &str) -> String {
+    format!("/{}", path.replace(['[', '.'], "/").replace(']', ""))
+}
+
+/// A text with the value at a JSON pointer replaced, or left out by `null`.
+fn changed(text: &str, pointer: &str, value: Value) -> String {
+    let mut scene: Value = serde_json::from_str(text).unwrap();
+    let (parent, field) = pointer.rsplit_once('/').unwrap();
+    match scene.pointer_mut(parent).unwrap_or_else(|| panic!("no {parent}")) {
+        Value::Array(items) => items[field.parse::<usize>().unwrap()] = value,
+        Value::Object(fields) if value.is_null() => drop(fields.remove(field).expect("a field")),
+        Value::Object(fields) => drop(fields.insert(field.to_owned(), value)),
+        other => panic!("{pointer} in {other}"),
+    }
+    scene.to_string()
+}
+
+fn paths(text: &str) -> Vec<String> {
+    read_scene(text).expect_err(text).problems.into_iter().map(|problem| problem.path).collect()
 }
 
 #[test]
-fn every_field_with_an_impossible_value_is_one_problem() {
-    // Field, its good text, its path, unit, and whether it may be negative.
-    for (good, path, unit, least) in [
-        ("\"stiffness\": 10", "forces[0].stiffness", "N/m", Some(0.0)),
-        ("\"length\": 0.5", "forces[0].length", "m", Some(0.0)),
-        ("\"damping\": 1}", "forces[0].damping", "N s/m", Some(0.0)),
-        ("\"damping\": 2", "forces[1].damping", "N s/m", Some(0.0)),
-        ("\"stiffness\": 3", "forces[2].stiffness", "N m/rad", Some(0.0)),
-        ("\"angle\": 0.25", "forces[2].angle", "rad", None),
-        ("\"damping\": 4", "forces[2].damping", "N m s/rad", Some(0.0)),
-        ("\"damping\": 5", "forces[3].damping", "N m s/rad", Some(0.0)),
-        ("\"amplitude\": 6", "forces[4].x.amplitude", "N", None),
-        ("\"angular_frequency\": 7", "forces[4].x.angular_frequency", "rad/s", None),
-        ("\"phase\": 8", "forces[4].x.phase", "rad", None),
-        ("\"mean\": 9", "forces[4].x.mean", "N", None),
-        ("\"angular_frequency\": 15", "drives[0].motion.angular_frequency", "rad/s", None),
-        ("\"position\": 0.5", "start[0].position", "rad or m", None),
-        ("\"velocity\": 16", "start[0].velocity", "rad/s or m/s", None),
-        ("\"angle\": -0.75", "start[1].angle", "rad", None),
-        ("\"angular_velocity\": 17", "start[1].angular_velocity", "rad/s", None),
-    ] {
-        let (field, end) = (good.split(": ").next().unwrap(), if good.ends_with('}') { "}" } else { "" });
-        for (value, told) in [("\"NaN\"", "NaN"), ("\"Infinity\"", "inf"), ("\"-Infinity\"", "-inf")] {
-            let problem = only_problem(good, &format!("{field}: {value}{end}"));
-            assert_eq!(problem, format!("{path}: must be a finite number [{unit}], got {told}"));
-        }
-        for wrong in ["\"much\"", "[1]", "true", "{}"] {
-            let problem = only_problem(good, &format!("{field}: {wrong}{end}"));
-            assert!(problem.starts_with(&format!("{path}: must be a number, got")), "{problem}");
-        }
-        let negative = GOOD.replacen(good, &format!("{field}: -1{end}"), 1);
-        match least {
-            Some(least) => {
-                let problem = only_problem(good, &format!("{field}: -1{end}"));
-                assert_eq!(problem, format!("{path}: must be >= {least} [{unit}], got -1"));
-                assert!(read_scene(&GOOD.replacen(good, &format!("{field}: 0{end}"), 1)).is_ok());
+fn gate_06_every_number_that_is_none_is_refused_at_its_path() {
+    let mut count = 0;
+    for text in [GOOD, scenes::GOOD] {
+        let scene: Value = serde_json::from_str(text).unwrap();
+        let mut numbers = Vec::new();
+        places(&scene, "", &mut numbers);
+        numbers.retain(|place| scene.pointer(place).is_some_and(Value::is_number));
+        count += numbers.len();
+        for place in numbers {
+            for value in
+                [json!("NaN"), json!("Infinity"), json!("-Infinity"), json!("much"), json!(true), json!({})]
+            {
+                let found = pointer(&paths(&changed(text, &place, value.clone()))[0]);
+                // A table is judged as a whole, once all of its numbers are numbers.
+                let is_table = found == "/forces/5/torque/points" && place.starts_with("/forces/5/torque");
+                assert!(found == place || is_table, "{value} at {place}: {found}");
             }
-            None => assert!(read_scene(&negative).is_ok(), "{path} may be negative"),
+        }
+    }
+    assert!(count > 80, "{count} numbers");
+}
+
+#[test]
+fn gate_06_numbers_out_of_their_range_are_refused_at_their_path() {
+    for (text, fields, refused, good) in [
+        (
+            GOOD,
+            &[
+                "forces[0].stiffness", "forces[0].length", "forces[0].damping", "forces[1].damping",
+                "forces[2].stiffness", "forces[2].damping", "forces[3].damping",
+            ][..],
+            &[-1.0][..],
+            &[0.0][..],
+        ),
+        (
+            GOOD,
+            &[
+                "forces[2].angle",
+                "forces[4].x.amplitude",
+                "forces[4].x.angular_frequency",
+                "forces[4].x.phase",
+                "forces[4].x.mean",
+                "drives[0].motion.angular_frequency",
+                "start[0].position",
+                "start[0].velocity",
+                "start[1].angle",
+                "start[1].angular_velocity",
+            ],
+            &[],
+            &[-1.0, 0.0],
+        ),
+        (
+            scenes::GOOD,
+            &[
+                "bodies[1].mass",
+                "bodies[1].inertia",
+                "joints[3].clearance",
+                "joints[3].journal_radius",
+                "joints[3].impact_velocity_floor",
+                "joints[3].contact.stiffness",
+                "joints[3].friction.stick_slip_velocity",
+            ],
+            &[0.0, -1e-5],
+            &[],
+        ),
+        (scenes::GOOD, &["joints[3].contact.restitution"], &[0.0, 1.1], &[1.0]),
+        (scenes::GOOD, &["joints[3].contact.exponent"], &[0.9], &[1.0]),
+        (scenes::GOOD, &["joints[3].friction.static_coefficient"], &[-0.1], &[0.0]),
+        (scenes::GOOD, &["joints[3].friction.static_sliding_velocity"], &[1e-3], &[1.1e-3]),
+    ] {
+        for field in fields {
+            for &value in refused {
+                assert_eq!(paths(&changed(text, &pointer(field), json!(value))), [*field], "{value}");
+            }
+            for &value in good {
+                assert!(
+                    read_scene(&changed(text, &pointer(field), json!(value))).is_ok(),
+                    "{field} may be {value}"
+                );
+            }
         }
     }
 }
 
 #[test]
-fn names_references_words_and_functions_are_checked() {
-    for (passage, replacement, expected) in [
-        // References.
-        (
-            "\"b\": \"cart\", \"stiffness\"",
-            "\"b\": \"carts\", \"stiffness\"",
-            "forces[0].b: unknown body \"carts\"; did you mean \"cart\"?",
-        ),
-        (
-            "\"b\": \"cart\", \"stiffness\"",
-            "\"b\": \"cart.C\", \"stiffness\"",
-            "forces[0].b: unknown point \"C\" of \"cart\"",
-        ),
-        (
-            "\"b\": \"arm.B\", \"damping\"",
-            "\"b\": \"arm.C\", \"damping\"",
-            "forces[1].b: unknown point \"C\" of \"arm\"",
-        ),
-        (
-            "\"b\": \"cart\", \"stiffness\"",
-            "\"b\": \"ground.O\", \"stiffness\"",
-            "forces[0]: connects a body to itself",
-        ),
-        (
-            "\"b\": \"arm\", \"stiffness\"",
-            "\"b\": \"arms\", \"stiffness\"",
-            "forces[2].b: unknown body \"arms\"",
-        ),
-        (
-            "\"b\": \"arm\", \"stiffness\"",
-            "\"b\": \"cart\", \"stiffness\"",
-            "forces[2]: connects a body to itself",
-        ),
-        (
-            "\"b\": \"hand\", \"damping\"",
-            "\"b\": \"ground\", \"damping\"",
-            "forces[3]: connects a body to itself",
-        ),
-        ("\"point\": \"arm.B\"", "\"point\": \"arm.D\"", "forces[4].point: unknown point \"D\" of \"arm\""),
-        ("\"reaction\": \"arm\"", "\"reaction\": \"hand\"", "forces[5]: connects a body to itself"),
-        (
-            "\"body\": \"hand\", \"reaction\"",
-            "\"body\": \"hnd\", \"reaction\"",
-            "forces[5].body: unknown body \"hnd\"; did you mean \"hand\"?",
-        ),
-        // Names.
-        ("\"name\": \"coil\"", "\"name\": \"\"", "forces[0].name: must be a non-empty name without a dot"),
-        ("\"name\": \"coil\"", "\"name\": 3", "forces[0].name: must be a text, got 3"),
-        ("\"name\": \"dashpot\"", "\"name\": \"coil\"", "forces[1].name: the name \"coil\" is already taken"),
-        ("\"name\": \"coil\"", "\"name\": \"arm\"", "forces[0].name: the name \"arm\" is already taken"),
-        ("\"name\": \"coil\"", "\"name\": \"pivot\"", "forces[0].name: the name \"pivot\" is already taken"),
-        (
-            "\"name\": \"shaker\"",
-            "\"name\": \"motor\"",
-            "drives[0].name: the name \"motor\" is already taken",
-        ),
-        (
-            "\"name\": \"coil\"",
-            "\"name\": \"energy\"",
-            "forces[0].name: \"energy\" is the name of the outputs",
-        ),
-        (
-            "\"name\": \"shaker\"",
-            "\"name\": \"energy\"",
-            "drives[0].name: \"energy\" is the name of the outputs",
-        ),
-        (
-            "\"name\": \"ring\"",
-            "\"name\": \"energy\"",
-            "bodies[3].name: \"energy\" is the name of the outputs",
-        ),
-        (
-            "\"name\": \"wrist\"",
-            "\"name\": \"energy\"",
-            "joints[2].name: \"energy\" is the name of the outputs",
-        ),
-        // Words.
-        (
-            "\"type\": \"damper\"",
-            "\"type\": \"dampr\"",
-            "forces[1].type: must be one of \"gravity\", \"spring\", \"damper\"",
-        ),
-        (
-            "\"frame\": \"body\"",
-            "\"frame\": \"world\"",
-            "forces[4].frame: must be one of \"ground\", \"body\", got \"world\"",
-        ),
-        (
-            "\"function\": \"polynomial\"",
-            "\"function\": \"poly\"",
-            "forces[4].y.function: must be one of \"polynomial\", \"harmonic\", \"table\"",
-        ),
-        (
-            "\"type\": \"motion\"",
-            "\"type\": \"move\"",
-            "drives[0].type: must be one of \"speed\", \"motion\"",
-        ),
-        (
-            "\"type\": \"clearance\"",
-            "\"type\": \"gap\"",
-            "start[2].type: must be one of \"joint\", \"body\", \"clearance\"",
-        ),
-        // Functions.
-        ("\"coefficients\": [10, 11]", "\"coefficients\": []", "forces[4].y.coefficients: must not be empty"),
-        ("\"coefficients\": [10, 11]", "\"coefficients\": 10", "forces[4].y.coefficients: must be a list"),
-        (
-            "\"coefficients\": [10, 11]",
-            "\"coefficients\": [10, \"NaN\"]",
-            "forces[4].y.coefficients[1]: must be a finite number [N / s^1], got NaN",
-        ),
-        (
-            "\"coefficients\": [10, 11]",
-            "\"coefficients\": [10, \"x\"]",
-            "forces[4].y.coefficients[1]: must be a number",
-        ),
-        ("\"coefficients\": [10, 11]", "\"coefficient\": [10, 11]", "forces[4].y.coefficients: is missing"),
-        (
-            "\"y\": {\"function\": \"polynomial\", \"coefficients\": [10, 11]}",
-            "\"y\": \"strong\"",
-            "forces[4].y: must be a number, got \"strong\"",
-        ),
-        (
-            "\"y\": {\"function\": \"polynomial\", \"coefficients\": [10, 11]}",
-            "\"y\": \"NaN\"",
-            "forces[4].y: must be a finite number [N], got NaN",
-        ),
-        (
-            "\"points\": [0, 1, 2]",
-            "\"points\": [0, 1]",
-            "forces[5].torque.points: a table needs as many times as values",
-        ),
-        (
-            "\"points\": [0, 1, 2]",
-            "\"points\": [0, 2, 2]",
-            "forces[5].torque.points: times must increase, got 2 [s] after 2 [s]",
-        ),
-        (
-            "\"points\": [0, 1, 2]",
-            "\"points\": [0, \"NaN\", 2]",
-            "forces[5].torque.points: point 1 of a table must be finite",
-        ),
-        (
-            "\"coefficients\": [10, 11]",
-            "\"coefficients\": [\"x\"]",
-            "forces[4].y.coefficients[0]: must be a number, got \"x\"",
-        ),
-        (
-            "\"coefficients\": [10, 11]",
-            "\"coefficients\": [\"NaN\"]",
-            "forces[4].y.coefficients[0]: must be a finite number",
-        ),
-        (
-            "\"values\": [12, 13, 14]",
-            "\"values\": [12, \"x\", 14]",
-            "forces[5].torque.values[1]: must be a number, got \"x\"",
-        ),
-        (
-            "\"values\": [12, 13, 14]",
-            "\"values\": [12, \"Infinity\", 14]",
-            "forces[5].torque.points: point 1 of a table must be finite",
-        ),
-        // Drives and starts of the wrong joint.
-        (
-            "\"name\": \"shaker\", \"joint\": \"rail\"",
-            "\"name\": \"shaker\", \"joint\": \"rails\"",
-            "drives[0].joint: unknown joint \"rails\"; did you mean \"rail\"?",
-        ),
-        (
-            "\"name\": \"shaker\", \"joint\": \"rail\"",
-            "\"name\": \"shaker\", \"joint\": \"eye\"",
-            "drives[0].joint: joint \"eye\" must be a revolute or prismatic joint without clearance",
-        ),
-        (
-            "\"joint\": \"pivot\", \"position\"",
-            "\"joint\": \"eye\", \"position\"",
-            "start[0].joint: joint \"eye\" must be a revolute or prismatic",
-        ),
-        (
-            "\"joint\": \"pivot\", \"position\"",
-            "\"joint\": \"pivt\", \"position\"",
-            "start[0].joint: unknown joint \"pivt\"; did you mean \"pivot\"?",
-        ),
-        (
-            "\"joint\": \"pivot\", \"position\"",
-            "\"joint\": \"rail\", \"position\"",
-            "start[0].joint: the start of joint \"rail\" is prescribed by its drive \"shaker\"",
-        ),
-        (
-            "\"body\": \"hand\", \"angle\"",
-            "\"body\": \"ground\", \"angle\"",
-            "start[1].body: ground does not move",
-        ),
-        (
-            "\"body\": \"hand\", \"angle\"",
-            "\"body\": \"foot\", \"angle\"",
-            "start[1].body: unknown body \"foot\"",
-        ),
-        (
-            "\"joint\": \"eye\"",
-            "\"joint\": \"pivot\"",
-            "start[2].joint: joint \"pivot\" must be a revolute joint with clearance",
-        ),
-        (
-            "\"eccentricity\": [1e-4, 2e-4]",
-            "\"eccentricity\": [1e-4, \"NaN\"]",
-            "start[2].eccentricity[1]: must be a finite number [m]",
-        ),
-        (
-            "\"eccentricity\": [1e-4, 2e-4]",
-            "\"eccentricity\": 1e-4",
-            "start[2].eccentricity: must be a pair of numbers",
-        ),
-        (
-            "\"rate\": [0.125, 18]",
-            "\"rate\": [0.125, \"Infinity\"]",
-            "start[2].rate[1]: must be a finite number [m/s]",
-        ),
-        (
-            "\"rate\": [0.125, 18]",
-            "\"rates\": [0.125, 18]",
-            "start[2].rates: unknown field; did you mean \"rate\"?",
-        ),
+fn names_references_words_and_functions_are_refused_at_their_path() {
+    let mut elsewhere = Vec::new();
+    let speed = |name: &str| json!({"type": "speed", "name": name, "joint": "wrist", "speed": 1});
+    // Path, value, and where the problem is if not there.
+    for (path, value, place) in [
+        ("forces[0].b", json!("carts"), ""),
+        ("forces[0].b", json!("cart.C"), ""),
+        ("forces[0].b", json!("ground.O"), "forces[0]"),
+        ("forces[1].b", json!("arm.C"), ""),
+        ("forces[2].b", json!("arms"), ""),
+        ("forces[2].b", json!("cart"), "forces[2]"),
+        ("forces[3].b", json!("ground"), "forces[3]"),
+        ("forces[4].point", json!("arm.D"), ""),
+        ("forces[5].reaction", json!("hand"), "forces[5]"),
+        ("forces[5].body", json!("hnd"), ""),
+        ("forces[0].name", json!(""), ""),
+        ("forces[0].name", json!("a.b"), ""),
+        ("forces[0].name", json!(3), ""),
+        ("forces[1].name", json!("coil"), ""),
+        ("forces[0].name", json!("arm"), ""),
+        ("forces[0].name", json!("pivot"), ""),
+        ("drives[0].name", json!("motor"), ""),
+        ("forces[0].name", json!("energy"), ""),
+        ("drives[0].name", json!("energy"), ""),
+        ("bodies[3].name", json!("energy"), "bodies[3].name, joints[3].journal"),
+        ("joints[2].name", json!("energy"), ""),
+        ("joints[2].name", json!("rail"), ""),
+        ("joints[2].name", json!("arm"), ""),
+        ("forces[1].type", json!("dampr"), ""),
+        ("forces[4].frame", json!("world"), ""),
+        ("forces[4].y.function", json!("poly"), ""),
+        ("drives[0].type", json!("move"), ""),
+        ("start[2].type", json!("gap"), ""),
+        ("joints[3].sliding", json!("points"), ""),
+        ("forces[4].y.coefficients", json!([]), ""),
+        ("forces[4].y.coefficients", json!(10), ""),
+        ("forces[4].y.coefficients", json!([10, "x"]), "forces[4].y.coefficients[1]"),
+        ("forces[4].y.coefficients", Value::Null, ""),
+        ("forces[4].y", json!("strong"), ""),
+        ("forces[4].y", json!("NaN"), ""),
+        ("forces[5].torque.points", json!([0, 1]), ""),
+        ("forces[5].torque.points", json!([0, 2, 2]), ""),
+        ("drives[0].joint", json!("rails"), ""),
+        ("drives[0].joint", json!("eye"), ""),
+        ("drives", json!([speed("one"), speed("two")]), "drives[1].joint"),
+        ("start[0].joint", json!("eye"), ""),
+        ("start[0].joint", json!("pivt"), ""),
+        ("start[0].joint", json!("rail"), ""),
+        ("start[1].body", json!("ground"), ""),
+        ("start[1].body", json!("foot"), ""),
+        ("start[2].joint", json!("pivot"), ""),
+        ("start[2].eccentricity", json!(1e-4), ""),
+        ("start[2].rates", json!([0.125, 18]), ""),
+        ("joints[0].axis", json!([0, 0]), ""),
+        ("joints[3].clearance", Value::Null, ""),
+        ("joints[3].bearing", json!("arm.R"), ""),
+        ("joints[3].journal", json!("hand.A"), "joints[3]"),
+        ("bodies[1].inertia_about", json!("AA"), ""),
+        ("bodies[1].angel", json!(0.1), ""),
+        ("bodies[1].points.B", json!([1, 0, 0]), ""),
+        ("bodies[3].name", json!("ground"), "bodies[3].name, joints[3].journal"),
+        ("ground", json!([]), "ground, joints[0].a, forces[0].a, forces[1].a"),
+        ("forces", json!(3), ""),
+        ("forces[0]", json!(3), ""),
     ] {
-        let error = read_scene(&GOOD.replacen(passage, replacement, 1)).expect_err(replacement);
-        assert!(GOOD.contains(passage), "{passage}");
-        let problems: Vec<String> = error.problems.iter().map(ToString::to_string).collect();
-        assert!(
-            problems.iter().any(|problem| problem.starts_with(expected)),
-            "{expected:?} in {problems:#?}"
-        );
-        // A missing field under another name, or a body that others refer to, is two problems; all else is
-        // one.
-        let two = replacement.starts_with("\"coefficient\"") || expected.starts_with("bodies");
-        let told = if two { 2 } else { 1 };
-        assert_eq!(problems.len(), told, "{problems:#?}");
+        let found = paths(&changed(GOOD, &pointer(path), value.clone())).join(", ");
+        if found != if place.is_empty() { path } else { place } {
+            elsewhere.push((path, value, found));
+        }
     }
+    assert!(elsewhere.is_empty(), "{elsewhere:#?}");
+    for text in ["", "{", "[1, 2", "[]", "{}", "null"] {
+        assert!(read_scene(text).is_err());
+    }
+}
+#[test]
+fn all_problems_of_all_elements_are_told_at_once_in_the_order_of_the_scene() {
+    let changes = [
+        ("bodies[0].mass", json!(-1)),
+        ("bodies[1].inertia", json!("Infinity")),
+        ("joints[2].a", json!("arm.Q")),
+        ("forces[0].stiffness", json!(-10)),
+        ("forces[1].damping", json!("hard")),
+        ("forces[2].a", json!("carta")),
+        ("forces[4].x.amplitude", json!("NaN")),
+        ("forces[5].torque.points", json!([0, 2, 1])),
+        ("drives[0].motion.amplitud", json!(0.1)),
+        ("start[0].joint", json!("nothing")),
+        ("start[2].eccentricity", json!([1e-4])),
+    ];
+    let text = changes
+        .iter()
+        .fold(GOOD.to_owned(), |text, (path, value)| changed(&text, &pointer(path), value.clone()));
+    let mut found = paths(&text);
+    found.sort_by_key(|path| changes.iter().position(|(other, _)| other == path));
+    assert_eq!(found, changes.map(|(path, _)| path));
 }
 
 #[test]
-fn all_problems_of_all_elements_are_told_at_once() {
-    let text = GOOD
-        .replacen("\"stiffness\": 10", "\"stiffness\": -10", 1)
-        .replacen("\"damping\": 2", "\"damping\": \"hard\"", 1)
-        .replacen("\"a\": \"cart\", \"b\": \"arm\"", "\"a\": \"carta\", \"b\": \"arm\"", 1)
-        .replacen("\"amplitude\": 6", "\"amplitude\": \"NaN\"", 1)
-        .replacen("\"points\": [0, 1, 2]", "\"points\": [0, 2, 1]", 1)
-        .replacen("\"amplitude\": 0.1", "\"amplitud\": 0.1", 1)
-        .replacen("\"joint\": \"pivot\", \"position\"", "\"joint\": \"nothing\", \"position\"", 1)
-        .replacen("[1e-4, 2e-4]", "[1e-4]", 1);
-    let error = read_scene(&text).unwrap_err();
-    let paths: Vec<&str> = error.problems.iter().map(|problem| problem.path.as_str()).collect();
-    for path in [
-        "forces[0].stiffness", "forces[1].damping", "forces[2].a", "forces[4].x.amplitude",
-        "forces[5].torque.points", "drives[0].motion.amplitude", "drives[0].motion.amplitud",
-        "start[0].joint", "start[2].eccentricity",
+fn unknown_names_are_refused_with_the_nearest_known_name_or_with_all() {
+    for (path, wrong, named) in [
+        ("forces[0].b", "carts", "\"cart\""),
+        ("forces[5].body", "hnd", "\"hand\""),
+        ("joints[1].b", "arm.a", "\"A\""),
+        ("joints[3].journal", "ring.center_of_mas", "\"center_of_mass\""),
+        ("joints[0].a", "grund.O", "\"ground\""),
+        ("drives[0].joint", "rails", "\"rail\""),
+        ("start[2].rates", "", "\"rate\""),
+        ("joints[3].journal", "propeller", "cart, arm, hand, ring, ground"),
     ] {
-        assert_eq!(paths.iter().filter(|other| **other == path).count(), 1, "{path} in {paths:?}");
+        let error = read_scene(&changed(GOOD, &pointer(path), json!(wrong))).expect_err(wrong);
+        assert!(error.problems[0].message.contains(named), "{error} names {named}");
     }
-    assert_eq!(paths.len(), 9, "{paths:?}");
 }
 
 fn good() -> Scene {
     read_scene(GOOD).unwrap()
 }
 
-fn refusal(scene: &Scene) -> String {
-    Mechanism::compile(scene).map(|_| ()).expect_err("the scene is bad").to_string()
+fn refused(scene: &Scene) -> Vec<String> {
+    let error = Mechanism::compile(scene).map(|_| ()).expect_err("the scene is bad");
+    error.problems.into_iter().map(|problem| problem.path).collect()
 }
 
 #[test]
 fn starts_that_contradict_each_other_are_refused() {
-    let mut twice = good();
-    twice.start.push(twice.start[0].clone());
-    assert!(refusal(&twice).starts_with("start[3].joint: the start of \"pivot\" is given twice"));
+    let with = |start: Start| Scene { start: [good().start, vec![start]].concat(), ..good() };
+    assert_eq!(refused(&with(good().start[0].clone())), ["start[3].joint"]);
     // The hand's angle is that of the arm plus that of the wrist: all three may be given only if they agree.
-    let wrist = |position, velocity| Start::Joint { joint: "wrist".into(), position, velocity };
-    let with = |start: Start| {
-        let mut scene = good();
-        scene.start.push(start);
-        scene
-    };
-    let problem = refusal(&with(wrist(Some(0.0), None)));
-    assert!(problem.contains("cannot be assembled") && problem.contains("as the start says"), "{problem}");
-    let problem = refusal(&with(wrist(None, Some(0.0))));
-    assert!(problem.contains("the start contradicts itself or the drives"), "{problem}");
-    let agreed = compile(&with(wrist(Some(-0.75 - 0.5), Some(1.0))));
+    let wrist = |position, velocity| with(Start::Joint { joint: "wrist".into(), position, velocity });
+    for contradiction in [wrist(Some(0.0), None), wrist(None, Some(0.0))] {
+        assert!(Mechanism::compile(&contradiction).is_err());
+    }
+    let agreed = compile(&wrist(Some(-0.75 - 0.5), Some(1.0)));
     assert_eq!(agreed.degrees_of_freedom(), 5);
-    let turned = compile(&with(wrist(Some(-0.75 - 0.5 + std::f64::consts::TAU), None)));
+    let turned = compile(&wrist(Some(-0.75 - 0.5 + TAU), None));
     // They agree up to full turns; those given for the joint itself are kept.
-    let apart: Vec<f64> = turned.start.q.iter().zip(&agreed.start.q).map(|(a, b)| a - b).collect();
-    let turns: f64 = apart.iter().sum::<f64>() / std::f64::consts::TAU;
-    assert!((turns - 1.0).abs() < 1e-9, "{apart:?}");
-    assert!(
-        apart.iter().all(|gap| gap.abs() < 1e-9 || (gap - std::f64::consts::TAU).abs() < 1e-9),
-        "{apart:?}"
-    );
+    let turns: Vec<f64> = turned.start.q.iter().zip(&agreed.start.q).map(|(a, b)| (a - b) / TAU).collect();
+    assert!((turns.iter().sum::<f64>() - 1.0).abs() < 1e-9, "{turns:?}");
+    assert!(turns.iter().all(|turn| (turn - turn.round()).abs() < 1e-9), "{turns:?}");
 }
 
 #[test]
-fn springs_between_points_that_coincide_and_tables_that_are_too_short_are_refused() {
+fn springs_between_points_that_coincide_need_no_direction_where_they_exert_no_force() {
     let mut scene = good();
     let Force::Spring { a, b, .. } = &mut scene.forces[1] else { panic!("a damper") };
     (*a, *b) = ("arm.B".into(), "hand.A".into());
-    let problem = refusal(&scene);
-    assert!(problem.starts_with("forces: the two points of \"dashpot\" coincide at the start"), "{problem}");
-    // A spring without length or damping needs no direction.
+    assert_eq!(refused(&scene), ["forces"]);
     let Force::Spring { stiffness, damping, .. } = &mut scene.forces[1] else { panic!("a damper") };
     (*stiffness, *damping) = (5.0, 0.0);
     compile(&scene);
+}
 
+#[test]
+fn impossible_settings_are_refused_all_at_once() {
     let mechanism = compile(&good());
-    let refuse =
-        |settings: &Settings| simulate(&mechanism, settings, &|_| true).map(|_| ()).unwrap_err().to_string();
-    let problem = refuse(&Settings::new(2.5, 2));
-    assert_eq!(
-        problem,
-        "settings.duration: the run from 0 to 2.5 [s] leaves the table of \"motor\", from 0 to 2 [s]"
-    );
-    let problem = refuse(&Settings { skip: 1.5, ..Settings::new(1.0, 2) });
-    assert!(problem.contains("the run from 0 to 2.5 [s]"), "{problem}");
-    let settings = Settings { skip: -1.0, ..Settings::new(1.0, 2) };
-    assert_eq!(refuse(&settings), "settings.skip: must be a finite number >= 0 [s], got -1.0");
-    let settings = Settings { cycles: 0, ..Settings::new(1.0, 2) };
-    assert_eq!(refuse(&settings), "settings.cycles: must be a whole number >= 1 and <= 1000000, got 0");
     let feature = |kind, of: &str| Feature { kind, of: of.to_owned() };
-    let features = vec![feature(FeatureKind::Peak, "arm.xx"), feature(FeatureKind::Wear, "pivot")];
-    let problem = refuse(&Settings { features, ..Settings::new(1.0, 2) });
-    assert!(problem.contains("settings.features[0].of: unknown output \"arm.xx\""), "{problem}");
-    assert!(problem.contains("settings.features[1].of: unknown clearance joint \"pivot\""), "{problem}");
+    let short = || Settings::new(1.0, 2);
+    for (settings, fields) in [
+        // The table of the motor ends at 2 s.
+        (Settings::new(2.5, 2), &["duration"][..]),
+        (Settings { skip: 1.5, ..short() }, &["duration"]),
+        (Settings { skip: -1.0, ..short() }, &["skip"]),
+        (Settings { cycles: 0, ..short() }, &["cycles"]),
+        (
+            Settings {
+                features: vec![feature(FeatureKind::Peak, "arm.xx"), feature(FeatureKind::Wear, "pivot")],
+                ..short()
+            },
+            &["features[0].of", "features[1].of"],
+        ),
+        (
+            Settings {
+                outputs: Some(["arm.x", "arm.vxx", "ey.penetration"].map(str::to_owned).to_vec()),
+                ..short()
+            },
+            &["outputs[1]", "outputs[2]"],
+        ),
+        (
+            Settings {
+                duration: f64::NAN,
+                samples: 1,
+                rtol: 0.0,
+                position_tolerance: Some(-1.0),
+                velocity_tolerance: Some(f64::INFINITY),
+                companion_of: Some(-1.0),
+                ..short()
+            },
+            &["duration", "samples", "rtol", "position_tolerance", "velocity_tolerance", "companion_of"],
+        ),
+    ] {
+        let problems =
+            simulate(&mechanism, &settings, &|_| true).map(|_| ()).expect_err("bad settings").problems;
+        let found: Vec<&str> =
+            problems.iter().map(|problem| problem.path.trim_start_matches("settings.")).collect();
+        assert_eq!(found, fields);
+    }
 }

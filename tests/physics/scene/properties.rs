@@ -60,7 +60,7 @@ fn any_value() -> impl Strategy<Value = Value> {
 }
 
 /// Places of everything inside a value, as JSON pointers.
-fn places(value: &Value, at: &str, found: &mut Vec<String>) {
+pub(crate) fn places(value: &Value, at: &str, found: &mut Vec<String>) {
     found.push(at.to_owned());
     match value {
         Value::Object(fields) => {

@@ -38,7 +38,6 @@ class Solution:
     events: list[tuple[float, str, str]] = field(default_factory=list)
     residual: float = 0.0
     """Largest distance from the constraints before a projection [m, rad]."""
-    multipliers: np.ndarray | None = None
 
     def __getitem__(self, name):
         return self.columns[name]
@@ -95,11 +94,11 @@ def first_crossing(model, dense, t0, t1, phases):
     return None
 
 
-def simulate(scene, duration, samples, rtol=1e-12, forces=(), start=None, max_events=None):
+def simulate(scene, duration, samples, rtol=1e-12, max_events=None):
     """Solve a scene and sample it as the product does; ends early after `max_events` events."""
-    model = scene if isinstance(scene, Model) else Model(scene, forces)
+    model = Model(scene)
     phases = [Phase() for _ in model.clearance]
-    t, y = 0.0, model.start() if start is None else np.asarray(start, dtype=float)
+    t, y = 0.0, model.start()
     grid = np.linspace(0.0, duration, samples)
     states = [(y, tuple(phases))]
     solution = Solution(grid, {})
@@ -163,9 +162,9 @@ BODY = ("x", "y", "angle", "vx", "vy", "angular_velocity", "ax", "ay", "angular_
 
 def fill(model, solution, states):
     """The columns of all samples."""
-    table, multipliers = [], []
+    table = []
     for t, (y, phases) in zip(solution.t, states, strict=True):
-        acceleration, forces = model.accelerations(t, y, phases)
+        acceleration, multipliers = model.accelerations(t, y, phases)
         q, v = split(y)
         motion = Motion(model, q, v)
         row = {}
@@ -186,11 +185,9 @@ def fill(model, solution, states):
                 f"{joint.name}.{what}": value
                 for what, value in zip(Contact._fields[:5], contact, strict=False)
             }
-        row |= reactions(model, motion, model.residuals(t, motion).jacobian, forces)
+        row |= reactions(model, motion, model.residuals(t, motion).jacobian, multipliers)
         table.append(row)
-        multipliers.append(forces)
     solution.columns = {name: np.array([row[name] for row in table]) for name in table[0]}
-    solution.multipliers = np.array(multipliers)
 
 
 def reactions(model, motion, jacobian, multipliers):

@@ -65,9 +65,9 @@ def rows(constraint):
 
 
 class Model:
-    """A scene in Cartesian coordinates; `forces` adds elements to those of the scene."""
+    """A scene in Cartesian coordinates."""
 
-    def __init__(self, scene, forces=()):
+    def __init__(self, scene):
         self.scene = scene
         self.names = [body.name for body in scene.bodies]
         self.masses = [body.mass for body in scene.bodies]
@@ -88,7 +88,6 @@ class Model:
         self.clearance = [joint for joint in scene.joints if type(joint).__name__ == "ClearanceRevolute"]
         ideal = [joint for joint in scene.joints if joint not in self.clearance]
         self.constraints = [*ideal, *scene.drives]
-        self.forces = [*scene.forces, *forces]
         for joint in self.clearance:
             if type(joint.contact).__name__ in LATCHED and joint.impact_velocity_floor is None:
                 raise ValueError(f"joint {joint.name}: give the floor of the impact velocity explicitly")
@@ -128,7 +127,7 @@ class Model:
         """Accelerations and multipliers."""
         q, v = split(y)
         motion = Motion(self, q, v)
-        for element in self.forces:
+        for element in self.scene.forces:
             FORCES[type(element).__name__](element, motion, t)
         for joint, phase in zip(self.clearance, phases, strict=True):
             if phase.hysteresis is not None:

@@ -1,7 +1,5 @@
 """Andrews' squeezing mechanism against published values, and its three loops against the independent code."""
 
-from dataclasses import dataclass
-
 import andrews
 import cartesian
 import chebclear as cc
@@ -9,33 +7,24 @@ import numpy as np
 import pytest
 
 
-@dataclass
-class Spring:
-    a: str
-    b: str
-    stiffness: float
-    length: float
-    damping: float = 0.0
-
-
-@dataclass
-class Torque:
-    body: str
-    torque: float
-    reaction: str = "ground"
-
-
-def test_published_values_are_reproduced_by_the_independent_formulation():
-    forces = [
-        Spring("K3.D", "ground.C", andrews.SPRING_STIFFNESS, andrews.SPRING_LENGTH),
-        Torque("K1", andrews.TORQUE),
-    ]
-    run = cartesian.simulate(andrews.scene(), andrews.DURATION, 2, rtol=1e-11, forces=forces)
-    # Solutions at rtol 1e-11 and 1e-12 agree to 1e-11; the published angles are 3e-10 off, the rates 5e-8.
-    assert andrews.published_angles(run) == pytest.approx(andrews.REFERENCE, rel=1e-9)
+@pytest.mark.parametrize("method", ["rodas5p", "rodas4", "dop853", "adams"])
+def test_andrews_mechanism_has_the_published_values(method):
+    scene = andrews.scene(
+        [
+            cc.Spring("spring", "K3.D", "ground.C", andrews.SPRING_STIFFNESS, andrews.SPRING_LENGTH),
+            cc.Torque("motor", "K1", andrews.TORQUE),
+        ]
+    )
+    run = cc.simulate(
+        scene, duration=andrews.DURATION, samples=2, rtol=1e-9 if method == "rodas4" else 1e-10, method=method
+    )
+    # Rates grow to 1e3 rad/s; the published values themselves are good to 3e-10 and 5e-8.
+    assert andrews.published_angles(run) == pytest.approx(andrews.REFERENCE, rel=1e-7)
     rates = andrews.published_angles(run, "angular_velocity")
-    assert rates == pytest.approx(andrews.REFERENCE_RATES, rel=1e-7)
-    assert run.residual < 1e-12
+    assert rates == pytest.approx(andrews.REFERENCE_RATES, rel=1e-6)
+    other = cartesian.simulate(scene, andrews.DURATION, 2, rtol=1e-12)
+    for name in ("K4.angle", "K6.angle", "K3.angular_velocity", "K1.angular_acceleration"):
+        np.testing.assert_allclose(run[name][-1], other[name][-1], rtol=1e-6, err_msg=name)
 
 
 @pytest.mark.parametrize("method", ["rodas5p", "dop853"])

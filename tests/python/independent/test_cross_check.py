@@ -216,7 +216,6 @@ def solve(phase, method, model, times):
 
 CODES = {
     "Radau": (phase_by_scipy, "Radau"),
-    "DOP853": (phase_by_scipy, "DOP853"),
     "CVODE BDF": (phase_by_cvode, "BDF"),
 }
 # Duration of the comparison [s]: so many contact changes that errors have not grown a thousandfold.

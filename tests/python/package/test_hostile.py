@@ -8,17 +8,8 @@ import zipfile
 from pathlib import Path
 
 import chebclear as cc
-import hostile
 import numpy as np
 import pytest
-
-
-def test_mutated_input_is_read_or_refused():
-    wrong, counts = hostile.faults(inputs=300, seed=20261122)
-    assert not wrong
-    assert all(counts[f"{kind} refused"] > 10 for kind in ("scene", "file", "expression", "result"))
-    # A piece that cannot be used is named and left out.
-    assert counts["store read"] > 10 and counts["store refused"] > 3
 
 
 def test_members_that_were_exchanged_are_reported(tmp_path):
@@ -103,9 +94,9 @@ def test_random_calls_return_or_are_refused(monkeypatch, tmp_path):
     calls = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(calls)
     monkeypatch.chdir(tmp_path)  # and back: the calls have a folder of their own
-    wrong, counts = calls.faults(calls=1500, seed=20261125)
+    wrong, counts = calls.faults(calls=600, seed=20261125)
     assert not wrong
-    assert min(counts.values()) > 300
+    assert min(counts.values()) > 120
 
 
 @pytest.mark.parametrize("name", [np.zeros(2), np.array([]), np.ma.array(["a", "b"]), 3, None, ("a",)])

@@ -12,7 +12,7 @@ import chebclear as cc
 import pytest
 from chebclear.execution.store import Store
 from chebclear.templates.expressions import ExpressionError, parse
-from hostile import AnyRuns, other_facts, other_members, results, stores
+from hostile import AnyRuns, mutated, other_facts, other_members, other_piece, results, scenes, stores, torn
 
 hypothesis = pytest.importorskip("hypothesis", reason="needs hypothesis")
 from hypothesis import (  # noqa: E402
@@ -91,6 +91,20 @@ def test_files_with_any_value_are_read_or_refused(data):
         assert error.problems and all(str(problem) for problem in error.problems)
         return
     assert cc.Scene.from_json(scene.to_json()) == scene
+
+
+SCENES = [json.loads(scene.to_json()) for scene in scenes()]
+
+
+@few
+@given(st.integers(0, 2**64 - 1))
+def test_scenes_with_something_changed_are_read_or_refused(seed):
+    chance = random.Random(seed)
+    text = json.dumps(mutated(chance.choice(SCENES), chance))
+    try:
+        cc.Scene.from_json(torn(text, chance) if chance.random() < 0.2 else text).check()
+    except cc.errors.SceneError as error:
+        assert error.problems and all(str(problem) for problem in error.problems)
 
 
 def test_a_type_that_is_no_word_is_refused():
@@ -184,6 +198,8 @@ def test_stores_with_any_bytes_give_their_runs_or_are_refused(kept, data):
     honest = data.draw(st.booleans())
     if victim == "store.json" and honest:
         changed[:] = json.dumps(data.draw(json_values)).encode()
+    elif honest:
+        changed[:] = other_piece(bytes(changed), random.Random(data.draw(seeds)))
     else:
         places = st.tuples(st.integers(0, len(changed) - 1), st.binary(min_size=1, max_size=8))
         for start, put in data.draw(st.lists(places, min_size=1, max_size=4)):
