@@ -45,8 +45,8 @@ mod mechanism {
 }
 
 mod integrators {
-    mod constrained;
     mod events;
+    mod full_system;
     mod multistep;
     mod orders;
     pub(crate) mod problems;

@@ -148,6 +148,11 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
+    /// Numbers in [-1, 1).
+    pub fn vector(&mut self, count: usize) -> Vec<f64> {
+        (0..count).map(|_| self.within(-1.0, 1.0)).collect()
+    }
+
     /// An index below `count`.
     pub fn index(&mut self, count: usize) -> usize {
         (self.unit() * count as f64) as usize

@@ -7,9 +7,9 @@ use chebclear::contact::pair::{Phase, SlidingVelocity};
 use chebclear::dynamics::Dynamics;
 use chebclear::scene::loads::Load as SceneLoad;
 use chebclear::scene::parts::{Force, ForceFrame, Joint};
-use nalgebra::{Rotation2, Vector2};
+use nalgebra::{DMatrix, DVector, Rotation2, Vector2};
 
-use crate::dynamics::constraints::{CartesianConstraint, CartesianState, Equation};
+use crate::dynamics::constraints::{CartesianConstraint, CartesianState, Equation, cartesian_constraints};
 use crate::dynamics::random_trees::{Case, cases};
 
 pub(crate) type Vec2 = Vector2<f64>;
@@ -73,25 +73,6 @@ pub(crate) fn equations(
 /// q̇ of a body.
 pub(crate) fn rates(state: &CartesianState) -> [f64; 3] {
     [state.velocity.x, state.velocity.y, state.angular_velocity]
-}
-
-pub(crate) fn shifted(state: &CartesianState, index: usize, by: f64) -> CartesianState {
-    let mut moved = *state;
-    match index {
-        0 => moved.position.x += by,
-        1 => moved.position.y += by,
-        _ => moved.angle += by,
-    }
-    moved
-}
-
-/// The state after the time `s` without acceleration.
-pub(crate) fn drifted(state: &CartesianState, s: f64) -> CartesianState {
-    CartesianState {
-        position: state.position + s * state.velocity,
-        angle: state.angle + s * state.angular_velocity,
-        ..*state
-    }
 }
 
 /// φ_q q̇ of one equation.
@@ -226,6 +207,129 @@ pub(crate) fn loads(case: &Case, t: f64, states: &[CartesianState]) -> Vec<Load>
     let couple = |(body, moment)| Load { body, force: Vec2::zeros(), moment };
     loads.extend(couples.into_iter().map(couple));
     loads
+}
+
+/// A scalar constraint on the coordinates of all bodies.
+pub(crate) struct Row {
+    /// Name of the joint, drive or coupling.
+    pub(crate) name: String,
+    pub(crate) jacobian: Vec<f64>,
+    pub(crate) gamma: f64,
+}
+
+impl Row {
+    /// φ_q of an equation of a constraint, in the coordinates of all `bodies`.
+    pub(crate) fn jacobian(constraint: &CartesianConstraint, equation: &Equation, bodies: usize) -> Vec<f64> {
+        let mut row = vec![0.0; 3 * bodies];
+        let ends = [(constraint.body_a, equation.phi_q_a), (constraint.body_b, equation.phi_q_b)];
+        for (body, part) in ends.into_iter().filter_map(|(body, part)| Some((body?, part))) {
+            (0..3).for_each(|k| row[3 * body + k] += part[k]);
+        }
+        row
+    }
+}
+
+/// The constraints of the joints and drives of a case.
+pub(crate) fn rows(case: &Case, states: &[CartesianState]) -> Vec<Row> {
+    let mut rows = Vec::new();
+    for constraint in &cartesian_constraints(&case.scene).unwrap() {
+        rows.extend(equations(constraint, case.t, states).into_iter().map(|equation| Row {
+            name: constraint.name.clone(),
+            jacobian: Row::jacobian(constraint, &equation, states.len()),
+            gamma: equation.gamma,
+        }));
+    }
+    rows
+}
+
+/// Solves [M φ_qᵀ; φ_q 0] [q̈; λ] = [Q; γ], Eq. (16), and holds accelerations, efforts of drives and reactions of
+/// the core against it; the multipliers, and the largest of them.
+pub(crate) fn assert_motion(
+    case: &Case,
+    index: usize,
+    dynamics: &mut Dynamics,
+    rows: &[Row],
+    tolerance: f64,
+) -> (Vec<f64>, f64) {
+    let states = states_at(case, case.t, &case.q, &case.v);
+    let n = 3 * states.len();
+    let mut matrix = DMatrix::zeros(n + rows.len(), n + rows.len());
+    let mut right = DVector::zeros(n + rows.len());
+    for (body, inertia) in case.inertias.iter().enumerate() {
+        let mass = case.scene.bodies[body].mass;
+        for (k, value) in [mass, mass, *inertia].into_iter().enumerate() {
+            matrix[(3 * body + k, 3 * body + k)] = value;
+        }
+        (right[3 * body], right[3 * body + 1]) = (mass * gravity(case).x, mass * gravity(case).y);
+    }
+    for load in loads(case, case.t, &states) {
+        let Some(body) = load.body else { continue };
+        for (k, value) in [load.force.x, load.force.y, load.moment].into_iter().enumerate() {
+            right[3 * body + k] += value;
+        }
+    }
+    for (place, row) in rows.iter().enumerate() {
+        for (k, &value) in row.jacobian.iter().enumerate() {
+            (matrix[(n + place, k)], matrix[(k, n + place)]) = (value, value);
+        }
+        right[n + place] = row.gamma;
+    }
+    let solution = matrix.lu().solve(&right).unwrap();
+    let scale = largest(solution.rows(0, n).iter()).max(1.0);
+    let multipliers = solution.as_slice()[n..].to_vec();
+    let forces = largest(&multipliers).max(1.0);
+
+    let mut a = vec![0.0; case.q.len()];
+    assert!(dynamics.acceleration_and_contacts(case.t, &case.q, &case.v, &mut a));
+    dynamics.accelerate(&a);
+    dynamics.find_reactions();
+    for (body, placement) in case.mechanism.bodies.iter().enumerate() {
+        let frame = dynamics.frame(placement.frame);
+        let linear = frame.point(placement.center).acceleration + gravity(case);
+        for (k, found) in [linear.x, linear.y, frame.angular_acceleration].into_iter().enumerate() {
+            let error = (found - solution[3 * body + k]).abs();
+            assert!(error <= tolerance * scale, "case {index}, body {body}, {k}: {error:e} of {scale:e}");
+        }
+    }
+    // The multiplier of θ_b - θ_a - (angle + speed t) = 0 is the torque of the drive on a.
+    for (number, driven) in case.mechanism.driven.iter().enumerate() {
+        let place = rows.iter().position(|row| row.name == driven.name).unwrap();
+        let error = (dynamics.drive_effort(number) + multipliers[place]).abs();
+        assert!(error <= tolerance * forces, "case {index}, {}: effort off by {error:e}", driven.name);
+    }
+    // -φ_qᵀ λ of a joint and its drive is what they exert on body b, or the reverse of that on a.
+    for (number, joint) in case.mechanism.ideal_joints.iter().enumerate() {
+        let drive = case.scene.drives.iter().find(|drive| drive.joint() == joint.name);
+        let (body, sign) = match joint.bodies {
+            [_, Some(body)] => (body, -1.0),
+            [first, None] => (first.unwrap(), 1.0),
+        };
+        let (mut force, mut moment) = (Vec2::zeros(), 0.0);
+        for (row, multiplier) in rows.iter().zip(&multipliers) {
+            if row.name == joint.name || drive.is_some_and(|drive| drive.name() == row.name) {
+                let part = Vec2::new(row.jacobian[3 * body], row.jacobian[3 * body + 1]);
+                force += sign * multiplier * part;
+                // About the origin, from the center of mass.
+                let about_origin = row.jacobian[3 * body + 2] + cross(states[body].position, part);
+                moment += sign * multiplier * about_origin;
+            }
+        }
+        let in_scene = case.scene.joints.iter().find(|other| other.name() == joint.name).unwrap();
+        let Joint::Ideal { b, .. } = in_scene else { unreachable!("an ideal joint") };
+        let end = case.scene.attachment(b).unwrap();
+        let state = state_of(&states, end.body);
+        let center = end.body.map_or([0.0; 2], |body| case.scene.bodies[body].center_of_mass);
+        let point = state.position + turned(state.angle, Vec2::from(end.position) - Vec2::from(center));
+        let reaction = dynamics.reaction(number);
+        let error =
+            (reaction.force - force).norm().max((reaction.moment - moment + cross(point, force)).abs());
+        assert!(
+            error <= 10.0 * tolerance * forces,
+            "case {index}, {}: reaction off by {error:e}",
+            joint.name
+        );
+    }
+    (multipliers, forces)
 }
 
 /// Friction coefficient of Eq. (11).

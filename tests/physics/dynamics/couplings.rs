@@ -1,7 +1,6 @@
 //! Couplings on random mechanisms: motion, drives and reactions against the Cartesian equations, derivatives by
 //! differences, powers by their balance.
 
-use chebclear::dynamics::Linearization;
 use chebclear::expression::curve::{Beyond, Curve, Interpolation};
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::numerics::jet::Jet;
@@ -10,17 +9,17 @@ use chebclear::scene::loads::Expression;
 use chebclear::scene::parts::{Joint, JointKind};
 use chebclear::scene::time_function::TimeFunction;
 use chebclear::tree::kinematics::direction;
-use nalgebra::{DMatrix, DVector};
 
 use crate::dynamics::cartesian::{
-    Vec2, acceleration, added, cross, dynamics_of, equations, gravity, largest, loads, moving_cases, rate_of,
-    state_of, states_at, turned,
+    Row, Vec2, assert_motion, contacts, dynamics_of, equations, largest, moving_cases, rate_of, rows,
+    state_of, states_at,
 };
 use crate::dynamics::constraints::{
     CartesianConstraint, CartesianState, ConstraintKind, Equation, cartesian_constraints,
 };
+use crate::dynamics::guides::assert_linearization;
 use crate::dynamics::random_trees::Case;
-use crate::support::{Random, derivative};
+use crate::support::Random;
 
 /// A law with its value and first two derivatives, written apart from the core.
 enum Law {
@@ -150,39 +149,21 @@ fn motion_and_efforts_are_those_of_the_cartesian_system() {
     let mut kinds = [0; 3];
     for (index, (case, couplings)) in coupled_cases().iter().enumerate() {
         let states = states_at(case, case.t, &case.q, &case.v);
-        let n = 3 * states.len();
-        // Row, right side, and whose row it is.
-        let mut rows: Vec<(Vec<f64>, f64, String)> = Vec::new();
-        let row_of = |constraint: &CartesianConstraint, equation: &Equation| {
-            let mut row = vec![0.0; n];
-            let ends = [(constraint.body_a, equation.phi_q_a), (constraint.body_b, equation.phi_q_b)];
-            for (body, part) in ends.into_iter().filter_map(|(body, part)| Some((body?, part))) {
-                (0..3).for_each(|k| row[3 * body + k] += part[k]);
-            }
-            row
-        };
-        for constraint in &cartesian_constraints(&case.scene).unwrap() {
-            for equation in equations(constraint, case.t, &states) {
-                rows.push((row_of(constraint, &equation), equation.gamma, constraint.name.clone()));
-            }
-        }
+        let mut rows = rows(case, &states);
         let mut slopes = Vec::new();
         for (number, coupling) in couplings.iter().enumerate() {
             let [driven, driver] = coupling.ends.each_ref().map(|end| {
                 let equation = value(end, &states);
                 let [a, b] = [end.body_a, end.body_b].map(|body| state_of(&states, body));
                 let rate = rate_of(&equation, &a, &b);
-                (row_of(end, &equation), equation, rate)
+                (Row::jacobian(end, &equation, states.len()), equation, rate)
             });
             let [_, slope, bend] = coupling.law.at(driver.1.phi);
-            let row: Vec<f64> = driven.0.iter().zip(&driver.0).map(|(d, r)| d - slope * r).collect();
+            let jacobian = driven.0.iter().zip(&driver.0).map(|(d, r)| d - slope * r).collect();
             let rate = driven.2 - slope * driver.2;
             assert!(rate.abs() <= 1e-11 * (1.0 + largest(&case.v)), "case {index}: rate {rate:e}");
-            rows.push((
-                row,
-                driven.1.gamma - slope * driver.1.gamma + bend * driver.2 * driver.2,
-                format!("{number}"),
-            ));
+            let gamma = driven.1.gamma - slope * driver.1.gamma + bend * driver.2 * driver.2;
+            rows.push(Row { name: number.to_string(), jacobian, gamma });
             slopes.push(slope);
             kinds[match coupling.law {
                 Law::Ratio(_) => 0,
@@ -190,80 +171,15 @@ fn motion_and_efforts_are_those_of_the_cartesian_system() {
                 Law::Table(..) => 2,
             }] += 1;
         }
-        let mut matrix = DMatrix::zeros(n + rows.len(), n + rows.len());
-        let mut right = DVector::zeros(n + rows.len());
-        for (body, inertia) in case.inertias.iter().enumerate() {
-            let mass = case.scene.bodies[body].mass;
-            for (k, value) in [mass, mass, *inertia].into_iter().enumerate() {
-                matrix[(3 * body + k, 3 * body + k)] = value;
-            }
-            (right[3 * body], right[3 * body + 1]) = (mass * gravity(case).x, mass * gravity(case).y);
-        }
-        for load in loads(case, case.t, &states) {
-            let Some(body) = load.body else { continue };
-            for (k, value) in [load.force.x, load.force.y, load.moment].into_iter().enumerate() {
-                right[3 * body + k] += value;
-            }
-        }
-        for (place, (row, gamma, _)) in rows.iter().enumerate() {
-            for (k, &value) in row.iter().enumerate() {
-                (matrix[(n + place, k)], matrix[(k, n + place)]) = (value, value);
-            }
-            right[n + place] = *gamma;
-        }
-        let solution = matrix.lu().solve(&right).unwrap();
-        let scale = largest(solution.rows(0, n).iter()).max(1.0);
-        let forces = largest(solution.rows(n, rows.len()).iter()).max(1.0);
-        let a = acceleration(case, case.t, &case.q, &case.v);
         let mut dynamics = dynamics_of(case);
-        assert!(dynamics.acceleration_and_contacts(case.t, &case.q, &case.v, &mut a.clone()));
-        dynamics.accelerate(&a);
-        dynamics.find_reactions();
-        for (body, placement) in case.mechanism.bodies.iter().enumerate() {
-            let frame = dynamics.frame(placement.frame);
-            let linear = frame.point(placement.center).acceleration + gravity(case);
-            for (k, found) in [linear.x, linear.y, frame.angular_acceleration].into_iter().enumerate() {
-                let error = (found - solution[3 * body + k]).abs();
-                assert!(error <= 1e-8 * scale, "case {index}, body {body}, {k}: {error:e} of {scale:e}");
-            }
-        }
-        let multiplier =
-            |name: &str| solution[n + rows.iter().position(|(.., other)| other == name).unwrap()];
+        let (multipliers, forces) = assert_motion(case, index, &mut dynamics, &rows, 1e-8);
         for (number, slope) in slopes.into_iter().enumerate() {
-            let lambda = multiplier(&number.to_string());
+            let lambda = multipliers[rows.iter().position(|row| row.name == number.to_string()).unwrap()];
             for (found, expected) in
                 dynamics.coupling_efforts(number).into_iter().zip([-lambda, slope * lambda])
             {
                 assert!((found - expected).abs() <= 1e-8 * forces, "case {index}: {found} for {expected}");
             }
-        }
-        for (number, driven) in case.mechanism.driven.iter().enumerate() {
-            let error = (dynamics.drive_effort(number) + multiplier(&driven.name)).abs();
-            assert!(error <= 1e-8 * forces, "case {index}, {}: effort off by {error:e}", driven.name);
-        }
-        for (number, joint) in case.mechanism.ideal_joints.iter().enumerate() {
-            let drive = case.scene.drives.iter().find(|drive| drive.joint() == joint.name);
-            let (mut force, mut moment) = (Vec2::zeros(), 0.0);
-            let [body, sign] = match joint.bodies {
-                [_, Some(body)] => [body, 0],
-                [first, None] => [first.unwrap(), 1],
-            };
-            for (place, (row, _, name)) in rows.iter().enumerate() {
-                if *name == joint.name || drive.is_some_and(|drive| drive.name() == name) {
-                    let lambda = if sign == 0 { -1.0 } else { 1.0 } * solution[n + place];
-                    let part = Vec2::new(row[3 * body], row[3 * body + 1]);
-                    force += lambda * part;
-                    moment += lambda * (row[3 * body + 2] + cross(states[body].position, part));
-                }
-            }
-            let end = case.scene.attachment(case_end(case, &joint.name)).unwrap();
-            let state = state_of(&states, end.body);
-            let center = end.body.map_or([0.0; 2], |body| case.scene.bodies[body].center_of_mass);
-            let point = state.position + turned(state.angle, Vec2::from(end.position) - Vec2::from(center));
-            let reaction = dynamics.reaction(number);
-            let error =
-                (reaction.force - force).norm() + (reaction.moment - moment + cross(point, force)).abs();
-            assert!(error <= 1e-7 * forces, "case {index}, {}: reaction off by {error:e}", joint.name);
         }
         let powers = [dynamics.input_power(), dynamics.balanced_power()];
         assert!(
@@ -274,41 +190,12 @@ fn motion_and_efforts_are_those_of_the_cartesian_system() {
     assert!(kinds.into_iter().all(|count| count > 20), "{kinds:?}");
 }
 
-/// The second end of a joint.
-fn case_end<'c>(case: &'c Case, name: &str) -> &'c str {
-    let joint = case.scene.joints.iter().find(|joint| joint.name() == name).unwrap();
-    let Joint::Ideal { b, .. } = joint else { unreachable!("an ideal joint") };
-    b
-}
-
 #[test]
 fn linearization_agrees_with_differences() {
     for (index, (case, _)) in coupled_cases().iter().enumerate() {
-        let (t, q, v) = (case.t, &case.q, &case.v);
-        let states = states_at(case, t, q, v);
-        let contacts = crate::dynamics::cartesian::contacts(case, &states);
-        if contacts.iter().any(|contact| contact.penetration.abs() < 2e-3) {
-            continue;
+        let states = states_at(case, case.t, &case.q, &case.v);
+        if contacts(case, &states).iter().all(|contact| contact.penetration.abs() >= 2e-3) {
+            assert_linearization(&mut dynamics_of(case), case, index, 1.0);
         }
-        let d = q.len();
-        let mut exact = Linearization::new(d);
-        assert!(dynamics_of(case).linearize(t, q, v, &mut exact));
-        let (mut worst, mut size) = (0.0_f64, largest(&exact.a).max(1.0));
-        let mut compare = |exact: &dyn Fn(usize) -> f64, difference: Vec<f64>| {
-            for (row, value) in difference.into_iter().enumerate() {
-                size = size.max(value.abs());
-                worst = worst.max((exact(row) - value).abs());
-            }
-        };
-        for k in 0..d {
-            let mut unit = vec![0.0; d];
-            unit[k] = 1.0;
-            let by_q = derivative(|h| acceleration(case, t, &added(q, h, &unit), v));
-            let by_v = derivative(|h| acceleration(case, t, q, &added(v, h, &unit)));
-            compare(&|row| exact.a_q[row * d + k], by_q);
-            compare(&|row| exact.a_v[row * d + k], by_v);
-        }
-        compare(&|row| exact.a_t[row], derivative(|h| acceleration(case, t + h, q, v)));
-        assert!(worst <= 1e-6 * size, "case {index}: {worst:e} of {size:e}");
     }
 }

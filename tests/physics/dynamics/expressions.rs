@@ -2,15 +2,15 @@
 //! differences.
 
 use chebclear::contact::pair::Phase;
-use chebclear::dynamics::{Dynamics, Linearization};
+use chebclear::dynamics::Dynamics;
 use chebclear::expression::curve::{Beyond, Curve, Interpolation};
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::scene::loads::{Expression, Load};
 use chebclear::scene::parts::{Force, ForceFrame, GROUND};
 
-use crate::dynamics::cartesian::{added, cartesian, moving_cases};
+use crate::dynamics::cartesian::{cartesian, moving_cases};
+use crate::dynamics::guides::assert_linearization;
 use crate::dynamics::random_trees::Case;
-use crate::support::derivative;
 
 fn expression(text: &str) -> Load {
     let constants = [("a", 0.7), ("b", -1.3)].map(|(name, value)| (name.to_owned(), value));
@@ -111,39 +111,7 @@ fn linearization_agrees_with_differences() {
             continue;
         }
         let Some(mechanism) = loaded(case) else { continue };
-        let (t, q, v) = (case.t, &case.q, &case.v);
-        let mut dynamics = placed(&mechanism, case);
-        let d = q.len();
-        let mut exact = Linearization::new(d);
-        assert!(dynamics.linearize(t, q, v, &mut exact));
-        let mut acceleration = |t: f64, q: &[f64], v: &[f64]| {
-            let mut a = vec![0.0; d];
-            assert!(dynamics.acceleration(t, q, v, &mut a));
-            a
-        };
-        let mut by_q = vec![0.0; d * d];
-        let mut by_v = vec![0.0; d * d];
-        for k in 0..d {
-            let mut unit = vec![0.0; d];
-            unit[k] = 1.0;
-            let column_q = derivative(|h| acceleration(t, &added(q, h, &unit), v));
-            let column_v = derivative(|h| acceleration(t, q, &added(v, h, &unit)));
-            for i in 0..d {
-                by_q[i * d + k] = column_q[i];
-                by_v[i * d + k] = column_v[i];
-            }
-        }
-        let by_t = derivative(|s| acceleration(t + s, q, v));
-        let largest =
-            |values: &[f64]| values.iter().fold(1.0, |largest: f64, value| largest.max(value.abs()));
-        for (name, exact_values, difference) in
-            [("a_q", &exact.a_q, &by_q), ("a_v", &exact.a_v, &by_v), ("a_t", &exact.a_t, &by_t)]
-        {
-            let scale = largest(exact_values).max(largest(&exact.a));
-            let errors = exact_values.iter().zip(difference).map(|(a, b)| (a - b).abs());
-            let error = errors.fold(0.0, f64::max);
-            assert!(error <= 1e-6 * scale, "case {index}, {name}: {error:e} of {scale:e}");
-        }
+        assert_linearization(&mut placed(&mechanism, case), case, index, 1.0);
         seen += 1;
     }
     assert!(seen > 30, "{seen}");

@@ -7,48 +7,24 @@ use chebclear::integrators::dop853::Dop853;
 use chebclear::integrators::{HybridSystem, Limits, Stats, Status, Stepper, integrate_with};
 use chebclear::numerics::instant::Instant;
 
-use crate::integrators::problems::{Problem, SmoothSystem, distance, kepler};
+use crate::integrators::problems::{Problem, Single, SmoothSystem, distance, kepler};
 use crate::integrators::rattle::{self, Rattle};
 use crate::support::Random;
 
-/// Accelerations that are a polynomial in time, with the error of every step and inside it.
-struct Polynomial {
-    degree: i32,
-    worst: f64,
-}
-
-impl Polynomial {
-    /// Position and velocity from (0, 1) at zero: a = Σ (1 + t + ... + t^degree).
-    fn exact(&self, t: f64) -> [f64; 2] {
-        let powers = (0..=self.degree).map(|p| (f64::from(p), t.powi(p)));
-        powers.fold([t, 1.0], |[q, v], (p, power)| {
-            [q + power * t * t / ((p + 1.0) * (p + 2.0)), v + power * t / (p + 1.0)]
-        })
-    }
-}
-
-impl HybridSystem for Polynomial {
-    fn dimension(&self) -> usize {
-        1
-    }
-    fn acceleration(&mut self, t: Instant, _: &[f64], _: &[f64], a: &mut [f64]) -> bool {
-        a[0] = (0..=self.degree).map(|p| t.time.powi(p)).sum();
-        true
-    }
-    fn linearize(&mut self, _: f64, _: &[f64], _: &[f64], _: &mut Linearization) -> bool {
-        unreachable!("an explicit method")
-    }
-    fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]) {
-        position.fill(1e-3);
-        velocity.fill(1e-3);
-    }
+/// Position and velocity from (0, 1) at zero where the acceleration is 1 + t + ... + t^degree.
+fn polynomial(degree: i32, t: f64) -> [f64; 2] {
+    let powers = (0..=degree).map(|p| (f64::from(p), t.powi(p)));
+    powers.fold([t, 1.0], |[q, v], (p, power)| {
+        [q + power * t * t / ((p + 1.0) * (p + 2.0)), v + power * t / (p + 1.0)]
+    })
 }
 
 #[test]
 fn polynomials_of_the_degree_of_the_start_are_integrated_exactly_by_steps_of_any_lengths() {
     for degree in 0..4 {
         let mut random = Random(5);
-        let mut system = Polynomial { degree, worst: 0.0 };
+        let mut system = Single::explicit(move |t, _, _| (0..=degree).map(|p| t.powi(p)).sum());
+        let mut worst = 0.0_f64;
         let mut method = Adams::new(1);
         let mut stats = Stats::default();
         let (mut t, mut q, mut v) = (0.0, [0.0], [1.0]);
@@ -62,16 +38,16 @@ fn polynomials_of_the_degree_of_the_start_are_integrated_exactly_by_steps_of_any
             for theta in [0.0, 0.3, 0.7, 1.0] {
                 method.step().at(theta, &mut q, &mut v);
                 let instant = t + theta * method.step().h;
-                system.worst = system.worst.max(distance(&[q[0], v[0]], &system.exact(instant)));
+                worst = worst.max(distance(&[q[0], v[0]], &polynomial(degree, instant)));
             }
             t = method.step().end_time();
             (q, v) = ([method.step().end[0]], [method.step().end[1]]);
-            system.worst = system.worst.max(distance(&[q[0], v[0]], &system.exact(t)));
+            worst = worst.max(distance(&[q[0], v[0]], &polynomial(degree, t)));
             method.next_limits(&mut system, t, &q, &v, &mut stats);
         }
-        println!("degree {degree}: {:.1e}", system.worst);
+        println!("degree {degree}: {:.1e}", worst);
         // Derivatives of the start's dense output, extrapolated over steps of other lengths: 1.3e-11.
-        assert!(system.worst < 1e-10, "degree {degree}: {:e}", system.worst);
+        assert!(worst < 1e-10, "degree {degree}: {:e}", worst);
     }
 }
 
@@ -162,22 +138,8 @@ fn events_of_a_multistep_method_are_those_of_other_methods() {
 #[test]
 fn the_stiffness_of_a_multistep_step_is_its_length_times_the_frequency() {
     // q̈ = -ω² q + cos t, steps of equal length.
-    struct Oscillator(f64);
-    impl HybridSystem for Oscillator {
-        fn dimension(&self) -> usize {
-            1
-        }
-        fn acceleration(&mut self, t: Instant, q: &[f64], _: &[f64], a: &mut [f64]) -> bool {
-            a[0] = -self.0 * self.0 * q[0] + t.time.cos();
-            true
-        }
-        fn linearize(&mut self, _: f64, _: &[f64], _: &[f64], _: &mut Linearization) -> bool {
-            unreachable!("an explicit method")
-        }
-        fn tolerances(&self, _: &mut [f64], _: &mut [f64]) {}
-    }
     for (product, worth) in [(0.1, 1.0), (0.5, 1.0), (0.9, 1e-3), (0.9, 1e3)] {
-        let mut system = Oscillator(300.0);
+        let mut system = Single::explicit(|t, q, _| -300.0 * 300.0 * q + t.cos());
         let mut method = Adams::new(1);
         let mut stats = Stats::default();
         let (mut t, mut q, mut v) = (0.0, [0.7], [0.2]);

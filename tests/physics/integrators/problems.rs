@@ -278,6 +278,48 @@ impl HybridSystem for SmoothSystem<'_> {
     }
 }
 
+/// One coordinate whose acceleration is a function of time, position and velocity.
+pub struct Single {
+    law: Box<dyn Fn(f64, f64, f64) -> f64>,
+    /// Derivatives by position, velocity and time; an explicit method does not ask for them.
+    derivatives: fn(f64, f64, f64) -> [f64; 3],
+    tolerances: [f64; 2],
+}
+
+impl Single {
+    pub fn explicit(law: impl Fn(f64, f64, f64) -> f64 + 'static) -> Self {
+        Self::new(law, |_, _, _| unreachable!("an explicit method"), [1e-3; 2])
+    }
+
+    pub fn new(
+        law: impl Fn(f64, f64, f64) -> f64 + 'static,
+        derivatives: fn(f64, f64, f64) -> [f64; 3],
+        tolerances: [f64; 2],
+    ) -> Self {
+        Self { law: Box::new(law), derivatives, tolerances }
+    }
+}
+
+impl HybridSystem for Single {
+    fn dimension(&self) -> usize {
+        1
+    }
+
+    fn acceleration(&mut self, t: Instant, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
+        a[0] = (self.law)(t.time, q[0], v[0]);
+        true
+    }
+
+    fn linearize(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearization) -> bool {
+        [linear.a_q[0], linear.a_v[0], linear.a_t[0]] = (self.derivatives)(t, q[0], v[0]);
+        self.acceleration(t.into(), q, v, &mut linear.a)
+    }
+
+    fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]) {
+        [position[0], velocity[0]] = self.tolerances;
+    }
+}
+
 /// Largest difference of two states.
 pub fn distance(a: &[f64], b: &[f64]) -> f64 {
     // A NaN must not get lost.

@@ -7,7 +7,7 @@ use chebclear::integrators::{HybridSystem, Limits, Outcome, Projection, Status, 
 use chebclear::numerics::instant::Instant;
 
 use crate::integrators::problems::{
-    Problem, SmoothSystem, distance, kepler, pendulum, prothero_robinson, van_der_pol,
+    Problem, Single, SmoothSystem, distance, kepler, pendulum, prothero_robinson, van_der_pol,
 };
 use crate::support::Random;
 
@@ -232,27 +232,10 @@ fn gate_04_too_few_steps_end_the_run_with_max_steps() {
 #[test]
 fn gate_04_a_pole_of_the_solution_ends_the_run_in_front_of_it() {
     // v' = v², v = 1 / (1 - t).
-    struct Pole;
-    impl HybridSystem for Pole {
-        fn dimension(&self) -> usize {
-            1
-        }
-        fn acceleration(&mut self, _: Instant, _: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-            a[0] = v[0] * v[0];
-            true
-        }
-        fn linearize(&mut self, _: f64, _: &[f64], v: &[f64], linear: &mut Linearization) -> bool {
-            (linear.a[0], linear.a_v[0]) = (v[0] * v[0], 2.0 * v[0]);
-            true
-        }
-        fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]) {
-            position.fill(1e-6);
-            velocity.fill(1e-6);
-        }
-    }
+    let mut pole = Single::new(|_, _, v| v * v, |_, _, v| [0.0, 2.0 * v, 0.0], [1e-6; 2]);
     for tableau in [RODAS4, RODAS5P] {
         let (mut q, mut v) = ([0.0], [1.0]);
-        let outcome = integrate(&mut Pole, tableau, Limits::default(), 0.0, 2.0, &mut q, &mut v);
+        let outcome = integrate(&mut pole, tableau, Limits::default(), 0.0, 2.0, &mut q, &mut v);
         assert_eq!(outcome.status, Status::StepUnderflow, "{outcome:?}");
         assert!((outcome.time - 1.0).abs() < 1e-5, "{outcome:?}");
     }
@@ -331,34 +314,16 @@ fn gate_04_a_correction_that_stays_too_large_ends_the_run_and_says_so() {
     }
 }
 
-/// Accelerations without any smoothness: the bits of the state, stirred.
-struct Noise;
-
-impl HybridSystem for Noise {
-    fn dimension(&self) -> usize {
-        1
-    }
-
-    fn acceleration(&mut self, t: Instant, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        let seed = t.time.to_bits() ^ q[0].to_bits().rotate_left(21) ^ v[0].to_bits().rotate_left(42);
-        a[0] = Random(seed).within(-1e12, 1e12);
-        true
-    }
-
-    fn linearize(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearization) -> bool {
-        self.acceleration(t.into(), q, v, &mut linear.a)
-    }
-
-    fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]) {
-        position.fill(1e-9);
-        velocity.fill(1e-9);
-    }
-}
-
 #[test]
 fn gate_05_no_step_is_accepted_because_it_cannot_be_made_shorter() {
+    // Accelerations without any smoothness: the bits of the state, stirred.
+    let stirred = |t: f64, q: f64, v: f64| {
+        let seed = t.to_bits() ^ q.to_bits().rotate_left(21) ^ v.to_bits().rotate_left(42);
+        Random(seed).within(-1e12, 1e12)
+    };
+    let mut noise = Single::new(stirred, |_, _, _| [0.0; 3], [1e-9; 2]);
     let (mut q, mut v) = ([0.0], [0.0]);
-    let outcome = integrate(&mut Noise, RODAS5P, Limits::default(), 1.0, 2.0, &mut q, &mut v);
+    let outcome = integrate(&mut noise, RODAS5P, Limits::default(), 1.0, 2.0, &mut q, &mut v);
     assert_eq!((outcome.status, outcome.stats.steps), (Status::StepUnderflow, 0));
     assert_eq!((q, v, outcome.time), ([0.0], [0.0], 1.0));
 }

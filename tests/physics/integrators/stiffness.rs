@@ -1,17 +1,15 @@
 //! Contacts that stick: what tolerances cost there, and how the automatic choice finds its method.
 
-use chebclear::dynamics::Linearization;
 use chebclear::integrators::dense::DenseStep;
 use chebclear::integrators::dop853::Dop853;
 use chebclear::integrators::rosenbrock::Rosenbrock;
 use chebclear::integrators::tableaus::RODAS4;
 use chebclear::integrators::{HybridSystem, Limits, NextLimits, Stats, Status, Stepper, integrate_with};
-use chebclear::numerics::instant::Instant;
 use chebclear::run::settings::{Method, Settings};
 use chebclear::run::trajectory::simulate;
 use chebclear::scene::parts::{Drive, Joint};
 
-use crate::integrators::problems::{self, SmoothSystem, van_der_pol};
+use crate::integrators::problems::{self, Single, SmoothSystem, van_der_pol};
 use crate::integrators::rattle::{Rattle, distance};
 use crate::integrators::rodas6p::RODAS6P;
 use crate::support::{self, Random};
@@ -249,40 +247,20 @@ fn stiff_problems_without_a_contact_cost_no_more_than_by_a_rosenbrock_method() {
     }
 }
 
-/// A mass that is pulled back, damped and pushed: q̈ = -stiffness q - damping q̇ + cos t.
-struct Oscillator {
-    stiffness: f64,
-    damping: f64,
-}
-
-impl HybridSystem for Oscillator {
-    fn dimension(&self) -> usize {
-        1
-    }
-
-    fn acceleration(&mut self, t: Instant, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
-        a[0] = -self.stiffness * q[0] - self.damping * v[0] + t.time.cos();
-        true
-    }
-
-    fn linearize(&mut self, t: f64, q: &[f64], v: &[f64], linear: &mut Linearization) -> bool {
-        (linear.a_q[0], linear.a_v[0], linear.a_t[0]) = (-self.stiffness, -self.damping, -t.sin());
-        self.acceleration(t.into(), q, v, &mut linear.a)
-    }
-
-    fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]) {
-        position.fill(1e-6);
-        velocity.fill(1e-6 * self.stiffness.sqrt().max(1.0));
-    }
-}
-
 #[test]
 fn the_stiffness_of_a_step_is_its_length_times_the_fastest_rate() {
-    for (stiffness, damping, rate) in [(0.0, 300.0, 300.0), (1.0, 2e4, 2e4), (9e4, 0.0, 300.0)] {
-        let mut system = Oscillator { stiffness, damping };
+    // q̈ = -stiffness q - damping q̇ + cos t.
+    let derivatives: [fn(f64, f64, f64) -> [f64; 3]; 3] = [
+        |t, _, _| [0.0, -300.0, -t.sin()],
+        |t, _, _| [-1.0, -2e4, -t.sin()],
+        |t, _, _| [-9e4, 0.0, -t.sin()],
+    ];
+    for (derivatives, rate) in derivatives.into_iter().zip([300.0, 2e4, 300.0]) {
+        let [stiffness, damping, _] = derivatives(0.0, 0.0, 0.0).map(|slope| -slope);
+        let law = move |t: f64, q, v| -stiffness * q - damping * v + t.cos();
+        let (position, velocity) = ([1e-6], [1e-6 * stiffness.sqrt().max(1.0)]);
+        let mut system = Single::new(law, derivatives, [position[0], velocity[0]]);
         let mut stats = Stats::default();
-        let (mut position, mut velocity) = ([0.0], [0.0]);
-        system.tolerances(&mut position, &mut velocity);
         // Whatever a position is worth against a velocity.
         for (product, worth) in [(0.5, 1.0), (2.0, 1.0), (5.0, 1.0), (2.0, 1e-3), (2.0, 1e3)] {
             let velocity = [worth * velocity[0]];
@@ -307,29 +285,16 @@ fn the_stiffness_of_a_step_is_its_length_times_the_fastest_rate() {
 #[test]
 fn the_explicit_error_estimate_does_not_vanish_where_a_step_crosses_a_kink() {
     // v' = max(0, t - c)^p over one step from 0 to 1, for kinks everywhere in it.
-    struct Kink(f64, f64);
-    impl HybridSystem for Kink {
-        fn dimension(&self) -> usize {
-            1
-        }
-        fn acceleration(&mut self, t: Instant, _: &[f64], _: &[f64], a: &mut [f64]) -> bool {
-            a[0] = (t.time - self.0).max(0.0).powf(self.1);
-            true
-        }
-        fn linearize(&mut self, _: f64, _: &[f64], _: &[f64], _: &mut Linearization) -> bool {
-            unreachable!("an explicit method")
-        }
-        fn tolerances(&self, _: &mut [f64], _: &mut [f64]) {}
-    }
     for power in [1.5, 2.0] {
         let mut ratios: Vec<f64> = (1..200)
             .map(|k| {
-                let mut system = Kink(k as f64 / 200.0, power);
+                let kink = k as f64 / 200.0;
+                let mut system = Single::explicit(move |t, _, _| (t - kink).max(0.0).powf(power));
                 let mut method = Dop853::new(1);
                 let mut stats = Stats::default();
                 assert!(method.begin(&mut system, 0.0, &[0.0], &[0.0], &mut stats));
                 assert!(method.attempt(&mut system, 1.0, &mut stats));
-                let exact = (1.0 - system.0).powf(power + 1.0) / (power + 1.0);
+                let exact = (1.0 - kink).powf(power + 1.0) / (power + 1.0);
                 (method.step().end[1] - exact).abs() / method.step().error[1]
             })
             .collect();
@@ -342,25 +307,12 @@ fn the_explicit_error_estimate_does_not_vanish_where_a_step_crosses_a_kink() {
 
 #[test]
 fn the_explicit_error_estimate_vanishes_for_polynomials_that_the_method_integrates_exactly() {
-    struct Power(i32);
-    impl HybridSystem for Power {
-        fn dimension(&self) -> usize {
-            1
-        }
-        fn acceleration(&mut self, t: Instant, _: &[f64], _: &[f64], a: &mut [f64]) -> bool {
-            a[0] = t.time.powi(self.0);
-            true
-        }
-        fn linearize(&mut self, _: f64, _: &[f64], _: &[f64], _: &mut Linearization) -> bool {
-            unreachable!("an explicit method")
-        }
-        fn tolerances(&self, _: &mut [f64], _: &mut [f64]) {}
-    }
     for power in 0..4 {
         let mut method = Dop853::new(1);
         let mut stats = Stats::default();
-        assert!(method.begin(&mut Power(power), 0.0, &[0.0], &[1.0], &mut stats));
-        assert!(method.attempt(&mut Power(power), 1.0, &mut stats));
+        let mut system = Single::explicit(move |t, _, _| t.powi(power));
+        assert!(method.begin(&mut system, 0.0, &[0.0], &[1.0], &mut stats));
+        assert!(method.attempt(&mut system, 1.0, &mut stats));
         println!("t^{power}: {:?}", method.step().error);
         // Order conditions met to eleven digits gave 2e-11, which was all that limited slow mechanisms.
         assert!(
