@@ -1,42 +1,29 @@
 """Scalar results of a run: what to ask of `simulate` and `Study`."""
 
-from .decisions.kinematics import least_transmission_angle, transmission_angles
-from .run.features import (
-    Extremum,
-    Feature,
-    contact_share,
-    impacts,
-    impulse,
-    loss,
-    lowest,
-    mean,
-    peak,
-    peak_to_peak,
-    rms,
-    time_of_lowest,
-    time_of_peak,
-    wear,
+from .decisions.kinematics import (
+    least_transmission_angle as least_transmission_angle,
+    transmission_angles as transmission_angles,
 )
-from .study.features.traces import BandPower, Crossings, MagnitudeQuantile
+from .run.features import (
+    Extremum as Extremum,
+    Feature as Feature,
+    contact_share as contact_share,
+    impacts as impacts,
+    impulse as impulse,
+    loss as loss,
+    lowest as lowest,
+    mean as mean,
+    peak as peak,
+    peak_to_peak as peak_to_peak,
+    rms as rms,
+    time_of_lowest as time_of_lowest,
+    time_of_peak as time_of_peak,
+    wear as wear,
+)
+from .study.features.traces import (
+    BandPower as BandPower,
+    Crossings as Crossings,
+    MagnitudeQuantile as MagnitudeQuantile,
+)
 
-__all__ = [
-    "BandPower",
-    "Crossings",
-    "Extremum",
-    "Feature",
-    "MagnitudeQuantile",
-    "contact_share",
-    "impacts",
-    "impulse",
-    "least_transmission_angle",
-    "loss",
-    "lowest",
-    "mean",
-    "peak",
-    "peak_to_peak",
-    "rms",
-    "time_of_lowest",
-    "time_of_peak",
-    "transmission_angles",
-    "wear",
-]
+__all__ = sorted(name for name in vars() if not name.startswith("_"))

@@ -1,33 +1,19 @@
 """Contact laws, friction laws and oil films of clearance joints."""
 
-from .mechanisms import hertz_stiffness
+from .mechanisms import hertz_stiffness as hertz_stiffness
 from .scene.scene import (
-    ExactRestitution,
-    FiniteBearing,
-    Flores,
-    Hertz,
-    HuntCrossley,
-    Impact,
-    KelvinVoigt,
-    LankaraniNikravesh,
-    ModifiedCoulomb,
-    ShortBearing,
-    SmoothedCoulomb,
-    StickSlip,
+    ExactRestitution as ExactRestitution,
+    FiniteBearing as FiniteBearing,
+    Flores as Flores,
+    Hertz as Hertz,
+    HuntCrossley as HuntCrossley,
+    Impact as Impact,
+    KelvinVoigt as KelvinVoigt,
+    LankaraniNikravesh as LankaraniNikravesh,
+    ModifiedCoulomb as ModifiedCoulomb,
+    ShortBearing as ShortBearing,
+    SmoothedCoulomb as SmoothedCoulomb,
+    StickSlip as StickSlip,
 )
 
-__all__ = [
-    "ExactRestitution",
-    "FiniteBearing",
-    "Flores",
-    "Hertz",
-    "HuntCrossley",
-    "Impact",
-    "KelvinVoigt",
-    "LankaraniNikravesh",
-    "ModifiedCoulomb",
-    "ShortBearing",
-    "SmoothedCoulomb",
-    "StickSlip",
-    "hertz_stiffness",
-]
+__all__ = sorted(name for name in vars() if not name.startswith("_"))

@@ -1,105 +1,52 @@
 """Types of the results, which functions and methods return."""
 
-from .decisions.allocation import Allocation, Tolerance
-from .decisions.contrast import Contrast, Difference, ShareDifference
-from .decisions.identification import Identification
-from .decisions.lost_motion import LostMotion
-from .decisions.measured import Agreement, Measured
-from .decisions.modes import Modes
-from .decisions.rare import RareShare
-from .execution.failures import FailedRun
-from .execution.plan import Plan
-from .run.accuracy import ErrorEstimate
-from .run.contacts import Contact, Contacts, Event, Events
-from .run.notices import Notice
-from .run.signals.cycles import Cycles
-from .run.signals.spectrum import Spectrum
-from .run.trajectory import EndState, Stats
-from .scene.distributions import Lognormal, Normal, Triangular, Uniform
-from .scene.scene import Inspection
-from .study.band.band import Band
-from .study.band.hybrid import QuantileBand
-from .study.band.margin import Margin
-from .study.band.zones import RestraintZones
-from .study.bifurcation import Bifurcation
-from .study.comparison import BoundErrors, Comparison
-from .study.features.effects import Effects, Estimate, Swing
-from .study.features.features import FeatureResult, FeatureTable
-from .study.features.ranking import Rank, Ranking
-from .study.features.reach import FeatureInterval
-from .study.function import StudyFunction
-from .study.polynomials.sensitivity import VarianceShares
-from .study.polynomials.surrogate import PolynomialRange, Surrogate
-from .study.requirements.conformance import Conformance, Share
-from .study.requirements.specification import Specification
-from .study.results import StudyResult
-from .study.sweep import LiftOff, Resonance, Sweep
-from .templates.template import Parameter, Template
-from .tradeoffs.bounds import StudyTradeoff, StudyTradeoffPoint
-from .tradeoffs.point import TradeoffPoint
-from .tradeoffs.recommendation import Recommendation
-from .tradeoffs.result import Tradeoff
+from .decisions.allocation import Allocation as Allocation, Tolerance as Tolerance
+from .decisions.contrast import (
+    Contrast as Contrast,
+    Difference as Difference,
+    ShareDifference as ShareDifference,
+)
+from .decisions.identification import Identification as Identification
+from .decisions.lost_motion import LostMotion as LostMotion
+from .decisions.measured import Agreement as Agreement, Measured as Measured
+from .decisions.modes import Modes as Modes
+from .decisions.rare import RareShare as RareShare
+from .execution.failures import FailedRun as FailedRun
+from .execution.plan import Plan as Plan
+from .run.accuracy import ErrorEstimate as ErrorEstimate
+from .run.contacts import Contact as Contact, Contacts as Contacts, Event as Event, Events as Events
+from .run.notices import Notice as Notice
+from .run.signals.cycles import Cycles as Cycles
+from .run.signals.spectrum import Spectrum as Spectrum
+from .run.trajectory import EndState as EndState, Stats as Stats
+from .scene.distributions import (
+    Lognormal as Lognormal,
+    Normal as Normal,
+    Triangular as Triangular,
+    Uniform as Uniform,
+)
+from .scene.scene import Inspection as Inspection
+from .study.band.band import Band as Band
+from .study.band.hybrid import QuantileBand as QuantileBand
+from .study.band.margin import Margin as Margin
+from .study.band.zones import RestraintZones as RestraintZones
+from .study.bifurcation import Bifurcation as Bifurcation
+from .study.comparison import BoundErrors as BoundErrors, Comparison as Comparison
+from .study.features.effects import Effects as Effects, Estimate as Estimate, Swing as Swing
+from .study.features.features import FeatureResult as FeatureResult, FeatureTable as FeatureTable
+from .study.features.ranking import Rank as Rank, Ranking as Ranking
+from .study.features.reach import FeatureInterval as FeatureInterval
+from .study.function import StudyFunction as StudyFunction
+from .study.polynomials.sensitivity import VarianceShares as VarianceShares
+from .study.polynomials.surrogate import PolynomialRange as PolynomialRange, Surrogate as Surrogate
+from .study.requirements.conformance import Conformance as Conformance, Share as Share
+from .study.requirements.specification import Specification as Specification
+from .study.results import StudyResult as StudyResult
+from .study.sweep import LiftOff as LiftOff, Resonance as Resonance, Sweep as Sweep
+from .templates.template import Parameter as Parameter, Template as Template
+from .tradeoffs.bounds import StudyTradeoff as StudyTradeoff, StudyTradeoffPoint as StudyTradeoffPoint
+from .tradeoffs.point import TradeoffPoint as TradeoffPoint
+from .tradeoffs.recommendation import Recommendation as Recommendation
+from .tradeoffs.result import Tradeoff as Tradeoff
 
-__all__ = [
-    "Agreement",
-    "Allocation",
-    "Band",
-    "Bifurcation",
-    "BoundErrors",
-    "Comparison",
-    "Conformance",
-    "Contact",
-    "Contacts",
-    "Contrast",
-    "Cycles",
-    "Difference",
-    "Effects",
-    "EndState",
-    "ErrorEstimate",
-    "Estimate",
-    "Event",
-    "Events",
-    "FailedRun",
-    "FeatureInterval",
-    "FeatureResult",
-    "FeatureTable",
-    "Identification",
-    "Inspection",
-    "LiftOff",
-    "Lognormal",
-    "LostMotion",
-    "Margin",
-    "Measured",
-    "Modes",
-    "Normal",
-    "Notice",
-    "Parameter",
-    "Plan",
-    "PolynomialRange",
-    "QuantileBand",
-    "Rank",
-    "Ranking",
-    "RareShare",
-    "Recommendation",
-    "Resonance",
-    "RestraintZones",
-    "Share",
-    "ShareDifference",
-    "Specification",
-    "Spectrum",
-    "Stats",
-    "StudyFunction",
-    "StudyResult",
-    "StudyTradeoff",
-    "StudyTradeoffPoint",
-    "Surrogate",
-    "Sweep",
-    "Swing",
-    "Template",
-    "Tolerance",
-    "Tradeoff",
-    "TradeoffPoint",
-    "Triangular",
-    "Uniform",
-    "VarianceShares",
-]
+__all__ = sorted(name for name in vars() if not name.startswith("_"))

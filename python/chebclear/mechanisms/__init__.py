@@ -8,18 +8,6 @@ joints of a mechanism share the sizes and laws given; `clearance` may also be a 
 each joint.
 """
 
-from .joints import hertz_stiffness
-from .journals import free_journal, pendulum_in_bearing
-from .linkages import four_bar, six_bar
-from .sliders import flores_slider_crank, quick_return, slider_crank
+import lazy_loader
 
-__all__ = [
-    "flores_slider_crank",
-    "four_bar",
-    "free_journal",
-    "hertz_stiffness",
-    "pendulum_in_bearing",
-    "quick_return",
-    "six_bar",
-    "slider_crank",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
