@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Generic, Self, TypeVar, overload
 
 import numpy as np
@@ -26,6 +26,12 @@ class Rows(ArrayRecord, Sequence[Row], Generic[Row]):
 
     row: ClassVar[type[Any]]
     """Type of an entry; it has the fields of the table."""
+
+    @classmethod
+    def of(cls, table: Mapping[str, Any]) -> Self:
+        """The table as the core returns it, whose words are lists."""
+        columns = (table[item.name] for item in dataclasses.fields(cls))  # type: ignore[arg-type]
+        return cls(*(np.array(one, dtype=np.str_) if isinstance(one, list) else one for one in columns))
 
     def __len__(self) -> int:
         return len(self._columns()[0])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +11,6 @@ from numpy.typing import NDArray
 from ..base import files as records
 from ..base.rows import Rows
 from ..base.units import unit
-
-if TYPE_CHECKING:
-    from .._core import _Contacts, _Events
 
 Array = NDArray[np.float64]
 
@@ -64,16 +61,6 @@ class Events(Rows[Event]):
     joint: NDArray[np.str_]
     kind: NDArray[np.str_]
     normal_velocity: Array = field(metadata=unit("m/s"))
-
-    @classmethod
-    def of(cls, table: _Events) -> Events:
-        """The events as the core returns them."""
-        return cls(
-            time=table["time"],
-            joint=np.array(table["joint"], dtype=np.str_),
-            kind=np.array(table["kind"], dtype=np.str_),
-            normal_velocity=table["normal_velocity"],
-        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -137,18 +124,6 @@ class Contacts(Rows[Contact]):
     impact_velocity: Array = field(metadata=unit("m/s"))
     peak_force: Array = field(metadata=unit("N"))
     peak_time: Array = field(metadata=unit("s"))
-
-    @classmethod
-    def of(cls, table: _Contacts) -> Contacts:
-        """The contacts as the core returns them."""
-        return cls(
-            joint=np.array(table["joint"], dtype=np.str_),
-            onset=table["onset"],
-            separation=table["separation"],
-            impact_velocity=table["impact_velocity"],
-            peak_force=table["peak_force"],
-            peak_time=table["peak_time"],
-        )
 
     @property
     def duration(self) -> Array:

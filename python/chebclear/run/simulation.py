@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Literal, Unpack
+
+import numpy as np
 
 from ..base.arguments import Checks
 from ..base.progress import bar, is_request
 from ..errors import SimulationError
 from ..scene.scene import Scene, compiled
-from .accuracy import ErrorEstimate, past_horizon
+from .accuracy import ErrorEstimate, chaos_horizon, output_ranges, past_horizon
 from .contacts import Contacts, Events
 from .continuation import continuation
 from .features import Feature
@@ -207,16 +210,24 @@ def _tightened(settings: Settings, factor: float, method: str) -> Settings:
 
 
 def _estimate(run: Trajectory, companions: Sequence[Trajectory]) -> ErrorEstimate:
-    statuses = [companion.status for companion in companions]
-    return ErrorEstimate.between(
-        run.columns,
-        run.t,
-        run.samples,
-        [companion.samples for companion in companions],
+    """The errors of a run by its companions, the tightest last."""
+    ranges, thresholds = output_ranges(run.columns, companions[-1].samples)
+    # fmax ignores the NaN of a companion that ended early.
+    difference = np.fmax.reduce([np.abs(run.samples - one.samples) for one in companions])
+    known = np.isfinite(difference)
+    largest = np.where(known, difference, -math.inf).max(axis=0)
+    horizon = chaos_horizon(run.t, difference, thresholds)
+    end = min(one.end_time for one in companions)
+    if end < run.end_time:
+        horizon = np.minimum(horizon, end)
+    return ErrorEstimate(
+        columns=run.columns,
+        max_difference=np.where(known.any(axis=0), largest, math.nan),
+        ranges=ranges,
+        horizon=horizon,
         rtol=companions[-1].settings.rtol,
-        status=next((status for status in statuses if status != "done"), "done"),
-        end_time=run.end_time,
-        companions_end=min(companion.end_time for companion in companions),
+        status=next((one.status for one in companions if not one.success), "done"),
+        compared_until=min(run.end_time, end),
     )
 
 

@@ -1,46 +1,11 @@
-"""Features of a run that did not compute them, from a repetition of the run."""
+"""The starting transient of a run."""
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Sequence
-
-import numpy as np
-from numpy.typing import NDArray
+import math
 
 from ..scene.parts import has_contacts
-from ..scene.scene import Scene, compiled
-from .features import Feature
-from .settings import Settings
-
-
-def simulate_features(
-    scene: Scene, settings: Settings, start: str | None, features: Sequence[Feature], cycles: int
-) -> NDArray[np.float64]:
-    """The features of a run, from a repetition with exactly the same steps.
-
-    Parameters
-    ----------
-    scene : Scene
-        The mechanism.
-    settings : Settings
-        Settings of the run.
-    start : str or None
-        The state from which the run continued, as JSON.
-    features : sequence of Feature
-        Features to compute, whose outputs and joints the scene must have.
-    cycles : int
-        Equal pieces of the sampled time [-].
-
-    Returns
-    -------
-    ndarray, shape (cycles, features)
-        NaN for a piece that the run did not finish.
-    """
-    # Steps do not depend on samples and outputs.
-    column = scene.check().columns[:1]
-    again = dataclasses.replace(settings, samples=2, outputs=column, features=tuple(features), cycles=cycles)
-    return compiled(scene).simulate(again.to_json(), None, start)["features"]
+from ..scene.scene import Scene
 
 
 def settling_time(scene: Scene) -> float:
@@ -50,8 +15,8 @@ def settling_time(scene: Scene) -> float:
     infinity without clearance or a drive at constant speed.
     """
     if not has_contacts(scene.joints):
-        return -np.inf
+        return -math.inf
     try:
         return (1.0 - 1e-9) * scene.period
     except ValueError:  # nothing revolves
-        return -np.inf
+        return -math.inf

@@ -18,19 +18,20 @@ from ..base import files as records
 from ..base.arguments import Checks
 from ..base.named import Named
 from ..base.shown import Shown
-from ..base.units import unit
-from ..data.dataset import Dataset
+from ..base.units import unit, units
+from ..data.dataset import Dataset, Variable, records as table_variables
 from ..data.exports import Exports
-from ..scene.scene import Scene
+from ..scene.columns import column_unit
+from ..scene.scene import Scene, compiled
 from .accuracy import ErrorEstimate
 from .contacts import Contacts, Events
-from .dataset import common_facts, run_dataset
+from .dataset import common_facts
 from .features import EXTREMA, Extremum, Feature
 from .names import column_index
 from .notices import Notice, WithNotices, as_plain
 from .settings import Settings, checked_settings, require_features
 from .signals.signals import WithSignals
-from .tracking import settling_time, simulate_features
+from .tracking import settling_time
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,6 +43,13 @@ Array = NDArray[np.float64]
 # Fields of an error estimate in a file.
 _ERROR_ARRAYS = ("max_difference", "ranges", "horizon")
 _ERROR_FACTS = ("rtol", "status", "compared_until")
+_FACTS = ("status", "message", "end_time", "start", "joint", "failed_load")
+_TABLES: dict[str, type[Events | Contacts]] = {
+    "events": Events,
+    "contacts": Contacts,
+    "skipped_events": Events,
+    "skipped_contacts": Contacts,
+}
 
 
 @dataclass(frozen=True, repr=False)
@@ -245,15 +253,16 @@ class Trajectory(WithNotices, WithSignals, records.Saved, Exports, Named[Array],
         Dataset
             The columns over ``t``; ``events.time``, ``contacts.peak_force`` and so on over axes of their own.
         """
-        names = ("events", "contacts", "skipped_events", "skipped_contacts")
-        metadata = {"status": self.status, "message": self.message, "end_time": self.end_time}
-        return run_dataset(
-            self.t,
-            self.columns,
-            self.samples,
-            {name: getattr(self, name) for name in names},
-            metadata | common_facts(self.settings, self.scene, self.warnings),
-        )
+        variables = {"t": Variable(("t",), self.t, "s")}
+        variables |= {name: Variable(("t",), self[name], column_unit(name)) for name in self.columns}
+        for name, kind in _TABLES.items():
+            variables |= table_variables(name, name, getattr(self, name), units(kind))
+        facts: dict[str, str | int | float] = {
+            "status": self.status,
+            "message": self.message,
+            "end_time": self.end_time,
+        }
+        return Dataset("t", variables, facts | common_facts(self.settings, self.scene, self.warnings))
 
     def peak(self, output: str) -> Extremum:
         """Largest value of an output in the sampled time: of the continuous motion, not of the samples.
@@ -331,7 +340,15 @@ class Trajectory(WithNotices, WithSignals, records.Saved, Exports, Named[Array],
                 missing += [Feature(kind, name) for name in self.columns for kind in EXTREMA]
             asked = list(dict.fromkeys(missing))
             require_features(self.scene.check(), asked)
-            values = simulate_features(self.scene, self.settings, self.start, asked, cycles)
+            # Exactly the same steps again, which do not depend on samples and outputs.
+            again = dataclasses.replace(
+                self.settings,
+                samples=2,
+                outputs=self.scene.check().columns[:1],
+                features=tuple(asked),
+                cycles=cycles,
+            )
+            values = compiled(self.scene).simulate(again.to_json(), None, self.start)["features"]
             known |= {(feature, cycles): values[:, index] for index, feature in enumerate(asked)}
         return np.stack([known[feature, cycles] for feature in features], axis=1)
 
@@ -405,22 +422,13 @@ class Trajectory(WithNotices, WithSignals, records.Saved, Exports, Named[Array],
         return html.write(run_document(self, outputs, title), path)
 
     def _contents(self) -> records.Contents:
-        arrays = {"t": self.t, "values": self.samples}
-        arrays |= {f"events_{name}": array for name, array in vars(self.events).items()}
-        arrays |= {f"contacts_{name}": array for name, array in vars(self.contacts).items()}
-        arrays |= {f"skipped_events_{name}": array for name, array in vars(self.skipped_events).items()}
-        arrays |= {f"skipped_contacts_{name}": array for name, array in vars(self.skipped_contacts).items()}
-        arrays["features"] = self.features
-        facts: dict[str, Any] = {
+        arrays = {"t": self.t, "values": self.samples, "features": self.features}
+        for table in _TABLES:
+            arrays |= {f"{table}_{name}": array for name, array in vars(getattr(self, table)).items()}
+        facts: dict[str, Any] = {name: getattr(self, name) for name in _FACTS} | {
             "columns": self.columns,
             "stats": dataclasses.asdict(self.stats),
-            "status": self.status,
-            "message": self.message,
-            "end_time": self.end_time,
             "end": None if self.end is None else self.end.memory,
-            "start": self.start,
-            "joint": self.joint,
-            "failed_load": self.failed_load,
             "notices": as_plain(self.notices),
             "settings": dataclasses.asdict(self.settings),
             "scene": json.loads(self.scene.to_json()),
@@ -437,35 +445,22 @@ class Trajectory(WithNotices, WithSignals, records.Saved, Exports, Named[Array],
         if "error" in facts:
             known = {name: arrays[f"error_{name}"] for name in _ERROR_ARRAYS}
             error = ErrorEstimate(columns=columns, **(facts["error"] | known))
-
-        def table(kind: type, prefix: str) -> Any:
-            names = [item.name for item in dataclasses.fields(kind)]
-            if f"{prefix}_{names[0]}" not in arrays:  # an older file, without tables of the skipped time
-                return kind(
-                    **{name: arrays[f"{prefix.removeprefix('skipped_')}_{name}"][:0] for name in names}
-                )
-            return kind(**{name: arrays[f"{prefix}_{name}"] for name in names})
-
+        tables: dict[str, Any] = {
+            name: kind(*(arrays[f"{name}_{item.name}"] for item in dataclasses.fields(kind)))
+            for name, kind in _TABLES.items()
+        }
         found = cls(
             t=arrays["t"],
             columns=columns,
             samples=arrays["values"],
-            events=table(Events, "events"),
-            contacts=table(Contacts, "contacts"),
-            skipped_events=table(Events, "skipped_events"),
-            skipped_contacts=table(Contacts, "skipped_contacts"),
-            features=arrays.get("features", np.empty((1, 0))),
-            start=facts.get("start"),
+            features=arrays["features"],
             end=None if facts["end"] is None else EndState(facts["end"], scene),
             stats=Stats.from_dict(facts["stats"]),
-            status=facts["status"],
-            message=facts["message"],
-            end_time=facts["end_time"],
-            joint=facts["joint"],
-            failed_load=facts["failed_load"],
             notices=Notice.from_plain(facts["notices"]),
             settings=Settings.from_dict(facts["settings"]),
             scene=scene,
             error=error,
+            **tables,
+            **{name: facts[name] for name in _FACTS},
         )
         return records.sound(found, samples=(len(found.t), len(columns)))
