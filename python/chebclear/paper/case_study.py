@@ -1,9 +1,8 @@
 """The paper's case study: a slider-crank with one clearance joint and interval parameters.
 
-Computations only; ``paper_output`` writes tables and arrays, ``paper_figures`` draws. The crank turns at
-2000 r/min from angle 0 without gravity; the clearance joint sits between rod (bearing) and slider
-(journal); the start is the ideal mechanism with the journal centered. Two revolutions are simulated and the
-statistics are over the second one.
+Computations only; `output` writes the tables. The crank turns at 2000 r/min from angle 0 without gravity; the
+clearance joint sits between rod (bearing) and slider (journal); the start is the ideal mechanism with the
+journal centered. Two revolutions are simulated and the statistics are over the second one.
 
 Everything is computed twice: ``as_printed`` follows the paper to the letter, ``corrected`` uses Hertz's
 stiffness, the rod's inertia about its own center of mass and the sliding velocity of the material surfaces.
@@ -16,7 +15,7 @@ from __future__ import annotations
 import itertools
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -27,12 +26,11 @@ from .. import mechanisms
 from ..base.progress import Progress, reporter
 from ..base.units import unit
 from ..errors import ChebclearWarning
-from ..run.simulation import simulate
-from ..run.trajectory import Stats, Trajectory
+from ..run.trajectory import Stats
 from ..scene.scene import Interval, rpm
 from ..study.band.band import Band
 from ..study.band.zones import RestraintZones, zones_of
-from ..study.comparison import compare, root_mean_square
+from ..study.comparison import Comparison, compare, root_mean_square
 from ..study.results import StudyResult
 from ..study.study import Study
 
@@ -48,8 +46,8 @@ OUTPUTS = ("slider.x", "slider.vx", "slider.ax", "wrist.penetration")
 LENGTH_CLEARANCES = {"0.01": 1e-5, "0.02": 2e-5}  # sections 6.1 and 6.2 [mm]: [m]
 SCANNED = ("0.02",)  # where the paper shows a scan
 UNCERTAIN_CLEARANCES = {"0.2": 2e-4, "0.5": 5e-4}  # section 6.2 [mm]: [m]
-# Studies and single runs of a convention.
-_PARTS = len(LENGTH_CLEARANCES) + len(SCANNED) + 2 * len(UNCERTAIN_CLEARANCES) + 3
+# Studies of a convention.
+_PARTS = len(LENGTH_CLEARANCES) + len(SCANNED) + 2 * len(UNCERTAIN_CLEARANCES)
 
 DEGREE = 3
 SCAN_POINTS = 10  # per parameter, both ends included
@@ -62,15 +60,8 @@ RTOL = 1e-6
 CRANK_ANGLE = np.linspace(0.0, 720.0, SAMPLES)  # at the samples [deg]
 SECOND = slice((SAMPLES - 1) // 2, None)  # the samples of the second revolution
 
-# Single runs are sampled every 0.1 degrees, 120 kHz: the overtones of the contact's ringing reach beyond
-# the 12 kHz that the studies' samples resolve. They go on for half a piece of the time-frequency plots
-# after 720 degrees.
-SINGLE_DURATION = DURATION * 735.0 / 720.0
-SINGLE_SAMPLES = 7351
-
-# Crank angle over which running maxima are taken [deg]: for the
-# restraint zones. Wide enough to hold some periods of the contact's ringing, 2 to 5 degrees each, narrow
-# beside the quarter turns over which the load changes.
+# Crank angle over which running maxima are taken for the restraint zones [deg]. Wide enough to hold some
+# periods of the contact's ringing, 2 to 5 degrees each, narrow beside the quarter turns of the load.
 ENVELOPE = 10.0
 
 
@@ -88,44 +79,36 @@ class ConventionStudy:
     """Chebyshev studies with uncertain clearance, by its midpoint in millimeters, ``"0.2"``, ``"0.5"``."""
     clearance_scans: dict[str, StudyResult]
     """Scans of the same."""
-    single: dict[str, Trajectory]
-    """``"nominal"``, ``"longest"`` and ``"shortest"`` links at 0.02 mm, sampled every 0.1 degrees."""
-    ideal: dict[str, IdealBand]
-    """The ideal mechanism's ``"slider.x"`` and ``"slider.vx"``, the same for both conventions."""
+    ideal: StudyResult
+    """Chebyshev study of the ideal mechanism with both lengths uncertain, the same for both conventions."""
+    ideal_scan: StudyResult
+    """Scan of the same."""
 
     @property
     def stats(self) -> list[Stats]:
         """What each simulation behind these results cost."""
         studies = (self.lengths, self.length_scans, self.clearances, self.clearance_scans)
-        swept = [stats for by_key in studies for study in by_key.values() for stats in study.stats]
-        return swept + [run.stats for run in self.single.values()]
-
-    def sensitivity(self, clearance: str, output: str, length: str) -> Array:
-        """Midpoint sensitivity of an output to a length, per relative length change, in the output's unit."""
-        # l = l_mean (1 + 0.1 zeta), so dl / l_mean = 0.1 dzeta.
-        return self.lengths[clearance][output].polynomial_slope(length, normalized=True) / UNCERTAINTY
+        return [stats for by_key in studies for study in by_key.values() for stats in study.stats]
 
     def restraint_zones(self, clearance: str, length: str) -> RestraintZones:
         """Zones for the sensitivity of the slider's velocity to a length at a clearance in millimeters.
 
         The second revolution, per relative length change [m/s], over the crank angle [deg].
         """
-        deviation = (
-            self.sensitivity(clearance, "slider.vx", length) - self.ideal["slider.vx"].sensitivity[length]
+        own, ideal = (
+            sensitivity(study["slider.vx"], length) for study in (self.lengths[clearance], self.ideal)
         )
-        deviation = deviation[SECOND]
-        return zones_of(deviation, CRANK_ANGLE[SECOND], round(0.5 * ENVELOPE * (SAMPLES - 1) / 720.0))
+        return zones_of(
+            (own - ideal)[SECOND], CRANK_ANGLE[SECOND], round(0.5 * ENVELOPE * (SAMPLES - 1) / 720.0)
+        )
 
     def tables(self) -> dict[str, Any]:
         """The numbers of Tables 3, 4 and 5 and the velocity widths; see `CaseStudy.to_dict`."""
-        errors = compare(self.lengths["0.02"], self.length_scans["0.02"], start=REVOLUTION, end=DURATION)
+        errors = bound_errors(self.lengths["0.02"], self.length_scans["0.02"])
         return {
             "table3": {
-                output: {
-                    "lower": 100.0 * errors[output].lower,
-                    "upper": 100.0 * errors[output].upper,
-                }
-                for output in OUTPUTS
+                output: {"lower": 100.0 * one.lower, "upper": 100.0 * one.upper}
+                for output, one in errors.items()
             },
             "velocity_width": {key: largest_width(study["slider.vx"]) for key, study in self.lengths.items()},
             "table4": {
@@ -185,9 +168,9 @@ def case_study(
     conventions: tuple[str, ...] = CONVENTIONS,
     progress: bool | Progress | None = None,
 ) -> CaseStudy:
-    """Compute the case study; `progress` counts studies and single runs."""
+    """Compute the case study; `progress` counts studies."""
     start = time.perf_counter()
-    done, total = itertools.count(1), 1 + _PARTS * len(conventions)
+    done, total = itertools.count(1), 2 + _PARTS * len(conventions)
     with warnings.catch_warnings(), reporter(progress, "paper", "parts") as report:
         # One for almost every sweep: some impact began slower than the floor. The stats have the counts.
         warnings.simplefilter("ignore", ChebclearWarning)
@@ -197,38 +180,13 @@ def case_study(
                 report(next(done), total)
             return part
 
-        ideal = after(ideal_bands(threads))
+        ideal = [after(study) for study in ideal_studies(threads)]
         studies = {name: _convention_study(name, ideal, rtol, threads, after) for name in conventions}
     return CaseStudy(studies, time.perf_counter() - start, rtol)
 
 
-@dataclass(frozen=True)
-class IdealBand:
-    """Bounds of one output of the ideal mechanism with uncertain lengths, by the paper's procedure."""
-
-    lower: Array
-    """Lower bound by Eq. (31)."""
-    upper: Array
-    """Upper bound by Eq. (31)."""
-    scan_lower: Array
-    """Least of the scan."""
-    scan_upper: Array
-    """Largest of the scan."""
-    sensitivity: dict[str, Array]
-    """Midpoint sensitivity to each length, per relative length change, in the output's unit."""
-
-    def errors(self) -> tuple[float, float]:
-        """Relative errors of the lower and the upper bound over the second revolution, as in Table 3 [%]."""
-        pairs = ((self.lower, self.scan_lower), (self.upper, self.scan_upper))
-        lower, upper = (
-            100.0 * abs(root_mean_square(bound[SECOND]) / root_mean_square(scan[SECOND]) - 1.0)
-            for bound, scan in pairs
-        )
-        return lower, upper
-
-
-def ideal_bands(threads: int | None = None) -> dict[str, IdealBand]:
-    """Bounds and sensitivities of the mechanism without clearance, which its drive prescribes, by output."""
+def ideal_studies(threads: int | None = None) -> tuple[StudyResult, StudyResult]:
+    """Chebyshev study and scan of the mechanism without clearance, which its drive prescribes."""
     study = Study(
         mechanisms.slider_crank,
         length_intervals(),
@@ -238,20 +196,7 @@ def ideal_bands(threads: int | None = None) -> dict[str, IdealBand]:
         fixed={"crank_speed": CRANK_SPEED, "clearance_at": ()},
         threads=threads,
     )
-    result, scan = study.chebyshev(DEGREE, bounds="eq31"), study.scan(SCAN_POINTS)
-    return {
-        output: IdealBand(
-            result[output].lower,
-            result[output].upper,
-            scan[output].lower,
-            scan[output].upper,
-            {
-                length: result[output].polynomial_slope(length, normalized=True) / UNCERTAINTY
-                for length in LENGTHS
-            },
-        )
-        for output in result
-    }
+    return study.chebyshev(DEGREE, bounds="eq31"), study.scan(SCAN_POINTS)
 
 
 def length_intervals() -> dict[str, Interval]:
@@ -264,7 +209,7 @@ def length_intervals() -> dict[str, Interval]:
 
 def _convention_study(
     convention: str,
-    ideal: dict[str, IdealBand],
+    ideal: Sequence[StudyResult],
     rtol: float,
     threads: int | None,
     after: Callable[[Any], Any],
@@ -294,27 +239,18 @@ def _convention_study(
         one = study(uncertain, OUTPUTS[:2], crank_length=CRANK_LENGTH, rod_length=ROD_LENGTH)
         clearances[key] = after(one.chebyshev(DEGREE, bounds="eq31"))
         clearance_scans[key] = after(one.scan(SCAN_POINTS))
-    single = {}
-    for name, end in (("nominal", "midpoint"), ("longest", "upper"), ("shortest", "lower")):
-        crank, rod = (float(getattr(side, end)) for side in length_intervals().values())
-        scene = mechanisms.slider_crank(
-            crank_length=crank,
-            rod_length=rod,
-            clearance=LENGTH_CLEARANCES["0.02"],
-            crank_speed=CRANK_SPEED,
-            convention=convention,
-        )
-        run = simulate(scene, duration=SINGLE_DURATION, samples=SINGLE_SAMPLES, rtol=rtol)
-        single[name] = after(run)
-    return ConventionStudy(
-        convention=convention,
-        lengths=lengths,
-        length_scans=length_scans,
-        clearances=clearances,
-        clearance_scans=clearance_scans,
-        single=single,
-        ideal=ideal,
-    )
+    return ConventionStudy(convention, lengths, length_scans, clearances, clearance_scans, *ideal)
+
+
+def bound_errors(result: StudyResult, scan: StudyResult) -> Comparison:
+    """Relative errors of the bounds over the second revolution, as in Table 3 [-]."""
+    return compare(result, scan, start=REVOLUTION, end=DURATION)
+
+
+def sensitivity(band: Band, length: str) -> Array:
+    """Midpoint sensitivity to a length, per relative length change, in the output's unit."""
+    # l = l_mean (1 + 0.1 zeta), so dl / l_mean = 0.1 dzeta.
+    return band.polynomial_slope(length, normalized=True) / UNCERTAINTY
 
 
 def largest_width(band: Band) -> float:

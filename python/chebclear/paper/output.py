@@ -1,22 +1,14 @@
-"""What the case study writes: ``tables.md``, ``results.npz`` and a short summary."""
+"""The tables of the case study: the paper's values beside ours."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..base.tables import format_number, markdown_table
-from ..base.writing import complete_folder
-from ..study.band.band import Band
 from . import case_study as paper
 from .case_study import CaseStudy, ConventionStudy
-
-Array = NDArray[np.float64]
 
 # What the paper prints.
 TABLE_3 = {
@@ -43,71 +35,6 @@ NAMES = {
     "crank_length": "crank length l1",
     "rod_length": "rod length l2",
 }
-
-
-def write(study: CaseStudy, directory: Path) -> None:
-    """Write ``tables.md`` and ``results.npz``.
-
-    Everything is written to a temporary folder first and moved when complete, so an interrupted run leaves no
-    half-written file. Other files in `directory` are left alone.
-
-    Parameters
-    ----------
-    study : CaseStudy
-        The results.
-    directory : Path
-        Where to; made if it does not exist, as are its parents.
-    """
-    with complete_folder(directory) as folder:
-        (folder / "tables.md").write_text(tables_markdown(study), encoding="utf-8")
-        np.savez_compressed(folder / "results.npz", **arrays(study))  # type: ignore[arg-type]
-
-
-def arrays(study: CaseStudy) -> dict[str, Array]:
-    """Every array of the case study under a path-like name, as in ``results.npz``.
-
-    Returns
-    -------
-    dict
-        ``t`` [s] and ``crank_angle`` [deg]; ``CONVENTION/CASE/OUTPUT/KIND`` with the cases
-        ``lengths_0.01``, ``lengths_0.02``, ``clearance_0.2`` and ``clearance_0.5`` (clearances [mm]) and
-        the kinds ``lower``, ``upper``, ``nominal`` (Chebyshev), ``scan_lower``, ``scan_upper`` and
-        ``sensitivity_PARAMETER`` (physical units); ``CONVENTION/single/NAME/COLUMN`` on ``t_single`` [s];
-        ``ideal/OUTPUT/KIND`` with sensitivities per relative length change.
-    """
-    first = next(iter(study.conventions.values()))
-    found = {
-        "t": first.lengths["0.02"].t,
-        "crank_angle": paper.CRANK_ANGLE,
-        "t_single": first.single["nominal"].t,
-    }
-    for name, convention in study.conventions.items():
-        for kind, studies, scans in (
-            ("lengths", convention.lengths, convention.length_scans),
-            ("clearance", convention.clearances, convention.clearance_scans),
-        ):
-            for key, bands in studies.items():
-                for output in bands:
-                    prefix = f"{name}/{kind}_{key}/{output}"
-                    found |= _band_arrays(prefix, bands[output], scans[key][output] if key in scans else None)
-        for single, run in convention.single.items():
-            for column in paper.OUTPUTS:
-                found[f"{name}/single/{single}/{column}"] = run[column]
-    for output, ideal in first.ideal.items():
-        for kind in ("lower", "upper", "scan_lower", "scan_upper"):
-            found[f"ideal/{output}/{kind}"] = getattr(ideal, kind)
-        for length, values in ideal.sensitivity.items():
-            found[f"ideal/{output}/sensitivity_{length}"] = values
-    return found
-
-
-def _band_arrays(prefix: str, band: Band, scan: Band | None) -> dict[str, Array]:
-    found = {f"{prefix}/lower": band.lower, f"{prefix}/upper": band.upper, f"{prefix}/nominal": band.nominal}
-    if scan is not None:
-        found |= {f"{prefix}/scan_lower": scan.lower, f"{prefix}/scan_upper": scan.upper}
-    for parameter in band.intervals:
-        found[f"{prefix}/sensitivity_{parameter}"] = band.polynomial_slope(parameter)
-    return found
 
 
 def tables_markdown(study: CaseStudy) -> str:
@@ -155,10 +82,11 @@ slower than the floor of the impact velocity and were damped as if at the floor.
 
 
 def _table_3(columns: Columns) -> str:
-    ideal = columns[0][0].ideal
+    ideal = paper.bound_errors(columns[0][0].ideal, columns[0][0].ideal_scan)
     rows = []
     for output, printed in TABLE_3.items():
-        ideal_errors = ideal[output].errors() if output in ideal else (math.nan, math.nan)
+        one = ideal.get(output)
+        ideal_errors = (100.0 * one.lower, 100.0 * one.upper) if one else (math.nan, math.nan)
         for bound, value, ideal_error in zip(("lower", "upper"), printed, ideal_errors, strict=True):
             cells = [numbers["table3"][output][bound] for _, numbers in columns] + [ideal_error]
             rows.append([f"{NAMES[output]}, {bound}", f"{value:.2f}", *map(format_number, cells)])
@@ -182,17 +110,17 @@ leaves the Chebyshev bounds by more than 1 % of the largest interval length [%]:
 
 
 def _interval_lengths(columns: Columns) -> str:
-    ideal = columns[0][0].ideal["slider.vx"]
+    ideal, ideal_scan = (study["slider.vx"] for study in (columns[0][0].ideal, columns[0][0].ideal_scan))
     rows = []
     for key, value in VELOCITY_WIDTH.items():
         widths = [numbers["velocity_width"][key] for _, numbers in columns]
         rows.append([f"velocity, c = {key} mm, Eq. (31) [m/s]", f"{value:.2f}", *map(_four, widths)])
-    width = _four(float((ideal.upper - ideal.lower)[paper.SECOND].max()))
+    width = _four(paper.largest_width(ideal))
     rows.append(["velocity, ideal mechanism, Eq. (31) [m/s]", "-", *[width] * len(columns)])
     for key in paper.SCANNED:
         widths = [paper.largest_width(study.length_scans[key]["slider.vx"]) for study, _ in columns]
         rows.append([f"velocity, c = {key} mm, scan [m/s]", "-", *map(_four, widths)])
-    width = _four(float((ideal.scan_upper - ideal.scan_lower)[paper.SECOND].max()))
+    width = _four(paper.largest_width(ideal_scan))
     rows.append(["velocity, ideal mechanism, scan [m/s]", "-", *[width] * len(columns)])
     for measure, name in ((paper.mean_width, "mean"), (paper.largest_width, "largest")):
         decreases = []
@@ -310,41 +238,3 @@ def _header(first: str, columns: Columns) -> list[str]:
 
 def _four(value: float) -> str:
     return format_number(value, 4)
-
-
-def summary(study: CaseStudy) -> str:
-    """A few lines for the terminal: the paper's main numbers beside ours."""
-    numbers = study.to_dict()
-    names = list(study.conventions)
-    rows = []
-    for output, printed in TABLE_3.items():
-        cells = []
-        for name in names:
-            errors = numbers[name]["table3"][output]
-            cells.append(f"{errors['lower']:.2f} / {errors['upper']:.2f}")
-        rows.append([f"Table 3, {NAMES[output]} [%]", f"{printed[0]:.2f} / {printed[1]:.2f}", *cells])
-    for key, value in VELOCITY_WIDTH.items():
-        cells = [f"{numbers[name]['velocity_width'][key]:.2f}" for name in names]
-        rows.append([f"velocity width, c = {key} mm [m/s]", f"{value:.2f}", *cells])
-    for key, by_length in TABLE_4.items():
-        cells = []
-        for name in names:
-            values = numbers[name]["table4"][key]
-            cells.append(" / ".join(f"{values[length]:.4f}" for length in paper.LENGTHS))
-        rows.append(
-            [
-                f"Table 4, c = {key} mm [(m/s)²]",
-                " / ".join(f"{by_length[length]:.4f}" for length in paper.LENGTHS),
-                *cells,
-            ]
-        )
-    for key, values5 in TABLE_5.items():
-        cells = [
-            f"{numbers[name]['table5'][key]['width_x']:.2f} / {numbers[name]['table5'][key]['width_vx']:.2f}"
-            for name in names
-        ]
-        rows.append(
-            [f"Table 5 widths, c = {key} mm [mm] / [m/s]", f"{values5[0]:.2f} / {values5[1]:.2f}", *cells]
-        )
-    table = markdown_table(["second revolution", "paper", *names], rows)
-    return f"{table}\n{study.runs} simulations in {study.seconds:.2f} s (rtol {study.rtol:g})."

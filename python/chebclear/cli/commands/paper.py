@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from ...base.writing import complete_folder
 from ...run.settings import LEAST_RTOL, MOST_RTOL
 from ..options import Commands, add_threads, directory, new_command, tolerance
 from ..output import print_json, require_writable
@@ -17,7 +18,7 @@ def add(commands: Commands) -> None:
         commands,
         "paper",
         paper,
-        "compute the case study: tables and arrays",
+        "compute the case study of the paper",
         "Compute the slider-crank case study of Xiang, Yan, Wu and Niu (2020): Tables 3 to 5 and the numbers "
         "of its text, as printed in the paper and with corrections.",
         "chebclear paper --out paper_results",
@@ -26,7 +27,7 @@ def add(commands: Commands) -> None:
         "--out",
         type=directory,
         metavar="DIR",
-        help="directory for tables.md and results.npz (default: paper_results; no files with --json)",
+        help="directory for tables.md (default: paper_results; no files with --json)",
     )
     add_threads(command)
     command.add_argument(
@@ -47,12 +48,14 @@ def paper(options: argparse.Namespace) -> int:
     require_writable(out)
     rtol = paper.RTOL if options.rtol is None else options.rtol
     study = paper.case_study(rtol=rtol, threads=options.threads, progress=progress_of(options))
+    tables = paper_output.tables_markdown(study)
     if out is not None:
-        paper_output.write(study, out)
+        with complete_folder(out) as folder:
+            (folder / "tables.md").write_text(tables, encoding="utf-8")
     if options.json:
         print_json(study.to_dict())
         return 0
-    print(paper_output.summary(study))
+    print(f"{tables}\n{study.runs} simulations in {study.seconds:.2f} s (rtol {study.rtol:g}).")
     if out is not None:
         print(f"Wrote {out}.")
     return 0
