@@ -84,7 +84,7 @@ def judged(
         return "sampled", Margin("runs")
     errors = fit_error(surrogate, nodes, grid, others, at)
     if holes is not None:
-        left_out = holes.left_out(surrogate.degrees, nodes, grid[holes.known])
+        left_out = holes.left_out(grid[holes.known])
         errors = holes.condition * np.maximum(errors, left_out.max(axis=0))
     miss = float(np.mean(errors))
     # Rounding errors of the runs must not count for a constant output.

@@ -34,21 +34,9 @@ _UNEVEN_ENDS = 2.0
 
 
 def sobol_points(intervals: Mapping[str, Interval], first: int, count: int, seed: int) -> Array:
-    """Points of a scrambled Sobol' sequence, which fills the box evenly for any number of points.
+    """Points of a scrambled Sobol' sequence, which fills the box evenly, from the number `first` on.
 
-    Parameters
-    ----------
-    intervals : mapping of str to Interval
-        Sides of the box.
-    first, count : int
-        Number of the first point and of points; the same seed continues the same sequence.
-    seed : int
-        Seed of the scrambling. The points are the same on every machine.
-
-    Returns
-    -------
-    ndarray, shape (count, parameters)
-        Physical values.
+    They are the same on every machine; the same seed continues the same sequence.
     """
     return on_box(intervals, _core.sobol_points(len(intervals), first, count, seed))
 
@@ -86,18 +74,6 @@ def between_nodes(intervals: Mapping[str, Interval], nodes: Sequence[int]) -> Ar
     T_4n look like a constant there. The points lie a fifth to two fifths of a cell beside roots, in cells and
     at places that differ from parameter to parameter by irrational ratios: of T_2n, T_4n and T_6n, n from 2
     to 31, in any of up to 17 parameters, they see at least a quarter of the range.
-
-    Parameters
-    ----------
-    intervals : mapping of str to Interval
-        Interval of each parameter [SI units].
-    nodes : sequence of int
-        Number of roots of each [-].
-
-    Returns
-    -------
-    ndarray, shape (CHECKS, parameters)
-        Physical values.
     """
     places = even_points(CHECKS, 2 * len(intervals))
     cells, sides = places[:, : len(intervals)], places[:, len(intervals) :]
@@ -108,14 +84,13 @@ def between_nodes(intervals: Mapping[str, Interval], nodes: Sequence[int]) -> Ar
 
 def on_box(intervals: Mapping[str, Interval], cube: Array) -> Array:
     """Physical values of points of the cube [-1, 1]."""
-    sides = list(intervals.values())
-    middle = np.array([side.midpoint for side in sides])
-    return middle + np.array([side.half_width for side in sides]) * cube
+    middle, half = _middles(intervals)
+    return middle + half * cube
 
 
 def in_box(intervals: Mapping[str, Interval], points: Array) -> bool:
     """Whether points are in the box, up to rounding of its ends."""
-    sides = list(intervals.values())
+    sides = intervals.values()
     slack = np.array([1e-9 * side.half_width for side in sides])
     lower, upper = np.array([side.lower for side in sides]), np.array([side.upper for side in sides])
     return bool(np.all((points >= lower - slack) & (points <= upper + slack)))
@@ -123,10 +98,13 @@ def in_box(intervals: Mapping[str, Interval], points: Array) -> bool:
 
 def on_cube(intervals: Mapping[str, Interval], points: Array) -> Array:
     """Points of the box in the coordinates of the cube [-1, 1], clipped to it against rounding."""
-    sides = list(intervals.values())
-    middle = np.array([side.midpoint for side in sides])
-    cube: Array = (points - middle) / np.array([side.half_width for side in sides])
-    return np.clip(cube, -1.0, 1.0)
+    middle, half = _middles(intervals)
+    return np.clip((points - middle) / half, -1.0, 1.0)
+
+
+def _middles(intervals: Mapping[str, Interval]) -> tuple[Array, Array]:
+    sides = intervals.values()
+    return np.array([side.midpoint for side in sides]), np.array([side.half_width for side in sides])
 
 
 def is_grid(column: Array) -> bool:
@@ -135,20 +113,10 @@ def is_grid(column: Array) -> bool:
 
 
 def empty_parts(column: Array) -> Array:
-    """Parts of [-1, 1] without a value of the runs, where runs that fill the box have none such.
+    """Parts of [-1, 1] without a value of the runs, where runs that fill the box have none, shape (parts, 2).
 
     Of independent and uniformly distributed runs less than one set in 1e6 has such a part. Of a grid it is
     longer than those of even spacing.
-
-    Parameters
-    ----------
-    column : ndarray, shape (runs,)
-        Values of the runs, from -1 to 1 over the interval.
-
-    Returns
-    -------
-    ndarray, shape (parts, 2)
-        Ends of the parts, in their order.
     """
     if len(column) < _FEW:
         return np.empty((0, 2))
@@ -170,16 +138,6 @@ def empty_together(cube: Array) -> list[tuple[int, int]]:
     Runs on a strip, within a circle, or normally distributed ones leave out corners: none has a large sum or
     difference of the two, or a large |a| + |b|. Or they leave out the middle. Of independent and uniformly
     distributed runs less than one set in 1e5 does; grids are not judged.
-
-    Parameters
-    ----------
-    cube : ndarray, shape (runs, parameters)
-        Values of the runs, from -1 to 1 over the intervals.
-
-    Returns
-    -------
-    list of tuple of int
-        Numbers of the parameters.
     """
     runs = len(cube)
     filled = [axis for axis, column in enumerate(cube.T) if not len(empty_parts(column))]

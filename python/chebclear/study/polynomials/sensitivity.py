@@ -41,15 +41,6 @@ def variance_shares(surrogate: Surrogate) -> VarianceShares:
 
     On [-1, 1] the mean of T_i is w_i = 1 / (1 - i²) for even i and 0 for odd i, and that of T_i T_j is
     (w_{i+j} + w_{|i-j|}) / 2.
-
-    Parameters
-    ----------
-    surrogate : Surrogate
-        The polynomial.
-
-    Returns
-    -------
-    VarianceShares
     """
     c = surrogate.coefficients
     axes = range(len(surrogate.degrees))
@@ -78,7 +69,6 @@ def variance_shares(surrogate: Surrogate) -> VarianceShares:
 
     everything = set(axes)
     variance = variance_of_mean(everything)
-
     varies = variance > surrogate.rounding**2
 
     def share(part: Array) -> Array:

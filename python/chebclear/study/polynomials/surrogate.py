@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import ArrayLike, NDArray
 
 from ... import _core
@@ -27,20 +28,8 @@ Array = NDArray[np.float64]
 
 
 def chebyshev_grid(intervals: Sequence[Interval], nodes: Sequence[int]) -> Array:
-    """Tensor grid of Chebyshev roots on a box, Eq. (26).
-
-    Parameters
-    ----------
-    intervals : sequence of Interval
-        Sides of the box.
-    nodes : sequence of int
-        Number of roots on each side [-].
-
-    Returns
-    -------
-    ndarray, shape (runs, parameters)
-        Physical values; the first parameter changes slowest.
-    """
+    """Tensor grid of Chebyshev roots on a box, Eq. (26), shape (runs, parameters); the first parameter
+    changes slowest."""
     return tensor_grid(
         [
             side.midpoint + side.half_width * _core.chebyshev_nodes(count)
@@ -56,11 +45,8 @@ def tensor_grid(sides: Sequence[Array]) -> Array:
 
 def nominal_factors(side: Interval, degree: int) -> Array:
     """Chebyshev polynomials up to a degree at the nominal value of an interval; in its middle 1, 0, -1, 0."""
-    x = (side.nominal - side.midpoint) / side.half_width
-    values = [1.0, x]
-    for _ in range(degree - 1):
-        values.append(2.0 * x * values[-1] - values[-2])
-    return np.array(values[: degree + 1])
+    factors: Array = chebvander((side.nominal - side.midpoint) / side.half_width, degree)[0]
+    return factors
 
 
 def checked_threads(threads: int | None) -> int | None:
@@ -233,11 +219,7 @@ class Surrogate(records.ArrayRecord):
         ValueError
             If a degree is above 30 or a coefficient not finite.
         """
-        threads = checked_threads(threads)
-        return self._physical_range(_core.polynomial_ranges(self.terms, list(self.degrees), threads))
-
-    def _physical_range(self, found: _Ranges) -> PolynomialRange:
-        """The range from the core, with physical values of the parameters."""
+        found = self._ranges(checked_threads(threads))
 
         def physical(points: Array) -> dict[str, Array]:
             # Clipped, since midpoint and half-width give the ends only to rounding.
@@ -258,6 +240,9 @@ class Surrogate(records.ArrayRecord):
             physical(found["lowest_at"]),
             physical(found["highest_at"]),
         )
+
+    def _ranges(self, threads: int | None) -> _Ranges:
+        return _core.polynomial_ranges(self.terms, list(self.degrees), threads)
 
     def slope(self, parameter: str) -> Surrogate:
         """The derivative with respect to one parameter, as a polynomial.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,10 @@ from numpy.typing import NDArray
 from ... import _core
 from ...errors import ArgumentError
 from ...scene.scene import Interval
-from .surrogate import BoundKind, PolynomialRange, Surrogate, checked_threads, nominal_factors
+from .surrogate import BoundKind, Surrogate, nominal_factors
+
+if TYPE_CHECKING:
+    from ..._core import _Ranges
 
 Array = NDArray[np.float64]
 
@@ -21,22 +25,8 @@ _MOST_TENSOR = 1296
 
 
 def total_degree_polynomial(intervals: Mapping[str, Interval], degree: int, terms: Array) -> Surrogate:
-    """The polynomial with these coefficients.
-
-    Parameters
-    ----------
-    intervals : mapping of str to Interval
-        Interval of each parameter [SI units].
-    degree : int
-        Largest sum of the exponents of a term [-].
-    terms : ndarray, shape (terms, samples)
-        Coefficients in the unit of the output, in the order of the degrees of the terms.
-
-    Returns
-    -------
-    Surrogate
-        A `TotalDegree` where the tensor of coefficients would be large.
-    """
+    """The polynomial with these coefficients, shape (terms, samples), in the order of the degrees of the
+    terms: a `TotalDegree` where their tensor would be large."""
     parameters = len(intervals)
     degrees = (degree,) * parameters
     if (degree + 1) ** parameters > _MOST_TENSOR:
@@ -58,7 +48,11 @@ class TotalDegree(Surrogate):
     @property
     def coefficients(self) -> Array:
         """Not available as an array over the degrees of all parameters: always raises ValueError."""
-        raise self._missing("array of coefficients")
+        raise ArgumentError(
+            f"a polynomial of total degree {self.degrees[0]} in {len(self.degrees)} parameters has no "
+            "array of coefficients, since their tensor would be too large, and so neither variance shares "
+            "nor quantiles. Features of the runs and their effects have shares for any number of parameters"
+        )
 
     def bounds(self, kind: BoundKind = "range", threads: int | None = None) -> tuple[Array, Array]:
         """Lower and upper bounds of the polynomial over the box; see `Surrogate.bounds`."""
@@ -67,30 +61,11 @@ class TotalDegree(Surrogate):
         radius = np.abs(self.terms[1:]).sum(axis=0)
         return self.terms[0] - radius, self.terms[0] + radius
 
-    def range(self, threads: int | None = None) -> PolynomialRange:
-        """The certified range of the polynomial over the box, and the points of its ends.
-
-        Branch and bound on the coefficients, with monotone parameters fixed. The bounds exceed attained
-        values by at most 1e-6 of the sum of the coefficients, unless that needs more than 1000 boxes; then
-        they are wider, but still hold.
-
-        Parameters
-        ----------
-        threads : int, optional
-            Threads [-]; all processors if not given. The results do not depend on the number.
-
-        Returns
-        -------
-        PolynomialRange
-
-        Raises
-        ------
-        ValueError
-            If a coefficient is not finite.
-        """
-        threads = checked_threads(threads)
-        found = _core.total_degree_ranges(self.terms, len(self.degrees), self.degrees[0], threads)
-        return self._physical_range(found)
+    def _ranges(self, threads: int | None) -> _Ranges:
+        # Branch and bound on the coefficients, with monotone parameters fixed. The bounds exceed attained
+        # values by at most 1e-6 of the sum of the coefficients, unless that needs more than 1000 boxes; then
+        # they are wider, but still hold.
+        return _core.total_degree_ranges(self.terms, len(self.degrees), self.degrees[0], threads)
 
     def _slopes(self, axis: int) -> Array:
         exponents, number = self._numbers()
@@ -117,13 +92,6 @@ class TotalDegree(Surrogate):
         found = _core.total_degree_exponents(len(self.degrees), self.degrees[0])
         exponents = [tuple(term) for term in found]
         return exponents, {term: number for number, term in enumerate(exponents)}
-
-    def _missing(self, what: str) -> ArgumentError:
-        return ArgumentError(
-            f"a polynomial of total degree {self.degrees[0]} in {len(self.degrees)} parameters has no "
-            f"{what}, since its tensor of coefficients would be too large, and so neither variance shares "
-            "nor quantiles. Features of the runs and their effects have shares for any number of parameters"
-        )
 
     def _at(self, terms: Array, points: Array, shape: tuple[int, ...]) -> Array:
         basis = _core.total_degree_basis(np.ascontiguousarray(points), self.degrees[0])
