@@ -21,8 +21,7 @@ from ..execution.failures import count_failed
 from ..execution.memory import Usage, study_memory, taken
 from ..execution.plan import Plan, seconds_of
 from ..run.settings import Settings
-from ..run.tracking import settling_time
-from .band.judgment import doubts, early_widths, told_holes
+from .band.notices import doubts, early_widths, told_holes
 from .band.worst import WorstCase, predicted_extremes
 from .features.features import NO_FEATURES, FeatureTable
 from .polynomials.holes import fit_holes
@@ -177,9 +176,7 @@ def on_grid(
             units=runner.units,
         )
         # A result that is read from a file already has these notices.
-        messages = doubts(found.bands)
-        if found.scene is not None:
-            messages += early_widths(found.bands, settling_time(found.scene))
+        messages = [*doubts(found.bands), *early_widths(found.bands, found.scene)]
         lost = [one.index for one in runs.failures if one.index < math.prod(counts)]
         if degrees is not None and lost:
             messages += told_holes(fit_holes(counts, degrees, lost))

@@ -29,11 +29,11 @@ from ..run.names import column_index
 from ..run.notices import Notice, WithNotices
 from ..run.settings import Settings
 from ..run.trajectory import Stats
+from ..scene.columns import column_unit
 from ..scene.scene import Interval, Scene
 from .band.band import Band
 from .band.calibrated import Requirement, calibrated_bands, statement
 from .band.gridded import grid_bands
-from .band.limits import with_units
 from .band.worst import WorstCase
 from .features.features import NO_FEATURES, FeatureResult, FeatureTable
 from .features.ranking import Ranking
@@ -325,31 +325,9 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
         units: Mapping[str, str] | None = None,
         **facts: Any,
     ) -> Self:
-        """The result of a table of runs.
-
-        Parameters
-        ----------
-        runs : RunTable
-            All runs, the first parameter changing slowest, the nominal one last.
-        intervals : dict of str to Interval
-            Interval of each parameter [SI units].
-        degrees : tuple of int or None
-            Degrees to fit [-]; None takes the extremes of the runs as bounds.
-        nodes : tuple of int
-            Number of nodes or points of each parameter [-].
-        bounds : {"range", "eq31"}
-            Bounds of polynomials, see `Surrogate.bounds`.
-        kind : str, optional
-            Kind of the result; ``"chebyshev"`` or ``"scan"`` by the degrees if not given.
-        requirement : Requirement, optional
-            Required coverage and seed of a calibrated study, in which the runs at Sobol' points come first.
-        threads : int, optional
-            Threads for bands and ranges of polynomials [-]; all processors if not given.
-        units : mapping of str to str, optional
-            Units of parameters, and of outputs and features of a model of the user's own, by name.
-        **facts
-            The remaining fields.
-        """
+        """The result of a table of runs, the nominal one last: of a calibrated study if there is a
+        requirement, else of a grid with these nodes, with polynomials if there are degrees. `facts` are other
+        fields."""
         at = nominal_point(intervals, runs.nominal_parameters)
         given = dict(units or {})
         facts |= {"bounds": bounds, "requirement": requirement, "units": given}
@@ -362,7 +340,10 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
             missing = [one.index for one in runs.failures]
             bands = grid_bands(*table, degrees, nodes, bounds, threads, at, missing)
             kind = kind or ("scan" if degrees is None else "chebyshev")
-        bands = with_units(bands, given, simulated=runs.scene is not None)
+        known = {name: given[name] for name in intervals if name in given}
+        for name, band in bands.items():
+            unit_of = given.get(name, "") if runs.scene is None else column_unit(name)
+            bands[name] = dataclasses.replace(band, unit=unit_of, parameter_units=known)
         return cls(kind, bands, degrees=degrees, nodes=nodes, **facts)
 
     def dataset(self) -> Dataset:

@@ -19,16 +19,10 @@ from ..execution.memory import room, study_memory
 from ..execution.pieces import NOT_BEGUN
 from ..run.notices import Notice
 from ..run.settings import Settings, checked_settings
-from ..run.tracking import settling_time
-from .band.calibrated import (
-    UNDERSAMPLED,
-    Requirement,
-    band_usage,
-    remarks,
-)
+from .band.calibrated import Requirement, band_usage
 from .band.independent import exact_runs
-from .band.judgment import SETTLING, early_widths
 from .band.limits import largest_clearances, physical_limits
+from .band.notices import SETTLING, UNDERSAMPLED, early_widths, remarks
 from .by_angle import cut, turning, unpredictable
 from .designs import Design, feature_table, predicted_seconds
 from .polynomials.points import in_box, on_cube, random_points, sobol_points
@@ -342,9 +336,7 @@ def _result(
         units=runner.units,
     )
     # Shortcomings of the bands are known only now.
-    messages = remarks(result.bands, requirement)
-    if result.scene is not None:
-        messages += early_widths(result.bands, settling_time(result.scene))
+    messages = [*remarks(result.bands, requirement), *early_widths(result.bands, result.scene)]
     return dataclasses.replace(result, notices=(*notices, *messages))
 
 

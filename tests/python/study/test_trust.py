@@ -7,7 +7,7 @@ from statistics import NormalDist
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear.study.band.judgment import fit_error, judged
+from chebclear.study.band.gridded import fit_error, judged
 from chebclear.study.polynomials.surrogate import chebyshev_grid
 
 PLANE = {"a": cc.Interval(2.0, 6.0), "b": cc.Interval(-1e-3, 3e-3)}

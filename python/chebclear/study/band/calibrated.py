@@ -14,7 +14,6 @@ from ...base.named import ReadOnlyDict
 from ...base.units import unit
 from ...errors import ArgumentError
 from ...execution.memory import Usage, copy_output
-from ...run.notices import Notice
 from ...scene.scene import Interval
 from ..polynomials.points import leaves_out, nominal_point, on_cube
 from ..polynomials.total_degree import total_degree_polynomial
@@ -25,8 +24,6 @@ from .revolutions import Revolutions
 
 Array = NDArray[np.float64]
 
-UNDERSAMPLED = "undersampled"
-"""Code of the notices of bands of too few runs."""
 # Related to the least number of held-out runs that can verify a share of 0.1 %; see `needed_runs`.
 _UNSEEN = 0.0112
 # Persistence from which the runs and not their samples are the observations. Chains of pendulums with one
@@ -120,32 +117,10 @@ def calibrated_bands(
     threads: int | None = None,
     nominal_parameters: Array | None = None,
 ) -> dict[str, Band]:
-    """The bands of all outputs.
+    """The bands of all outputs; ValueError if a value is not finite, or there are fewer than three runs.
 
-    Parameters
-    ----------
-    t : ndarray, shape (samples,)
-        Instants [s], with revolutions those of the first one of the nominal run.
-    outputs : sequence of str
-        Names of the outputs.
-    values : ndarray, shape (runs + 1, samples, outputs)
-        All outputs of all runs in their units: first those at Sobol' points, the nominal run last. With
-        revolutions the shape is (runs + 1, revolutions, samples, outputs).
-    intervals : dict of str to Interval
-        Interval of each parameter [SI units].
-    parameters : ndarray, shape (runs, parameters)
-        Parameters of the runs [SI units].
-    requirement : Requirement
-        Requirements.
-    threads : int, optional
-        Threads to work on [-]; all processors if not given.
-    nominal_parameters : ndarray, optional
-        Parameters of the nominal run [SI units], shape (parameters,); the nominal values if not given.
-
-    Raises
-    ------
-    ValueError
-        If a value is not finite, or there are fewer than three runs at Sobol' points.
+    `values` have the shape (runs + 1, samples, outputs), by crank angle (runs + 1, revolutions, samples,
+    outputs): first the runs at points of the study, then included ones, the nominal run last.
     """
     every = np.vstack([parameters, nominal_point(intervals, nominal_parameters)])
     points = on_cube(intervals, every)
@@ -270,64 +245,3 @@ def _of_held_out_runs(requirement: Requirement) -> str:
         "of the motion varies strongly from run to run, one study may be off by several per cent. Coverage "
         f"counts samples, whole_run counts runs.{proof}"
     )
-
-
-def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[Notice]:
-    """Notices of the bands that are undersampled."""
-    short = [name for name, band in bands.items() if band.verdict == "undersampled"]
-    if not short:
-        return []
-    least = needed_runs(requirement)
-    asked = f"{100.0 * requirement.coverage:.10g} % of the samples"
-    names = ", ".join(short)
-    runs, failed = requirement.runs, requirement.failed
-    if requirement.succeeded < requirement.coverage:
-        text = (
-            f"undersampled: {failed} of {runs + failed} runs failed and count as outside, "
-            f"so that {asked} of a further run cannot be promised for {names}"
-        )
-        return [Notice(UNDERSAMPLED, text, tuple(short), {"failed": failed})]
-    if requirement.independent:
-        needed = exact_runs(requirement.coverage, requirement.confidence)
-        text = (
-            f"undersampled: the hull of {runs} independent runs does not prove that {asked} of a further run "
-            f"are in the band of {names}, {needed} do"
-        )
-        return [Notice(UNDERSAMPLED, text, tuple(short), {"needed": needed})]
-    band = bands[short[0]]
-    if requirement.finished and leaves_out(on_cube(band.intervals, band.parameters[:runs])):
-        text = (
-            f"undersampled: the table has no runs in a part of the box, so that {asked} of a further run "
-            f"cannot be verified for {names}"
-        )
-        return [Notice(UNDERSAMPLED, text, tuple(short))]
-    lasting = {name: lasting_runs(bands[name].margin, requirement) for name in short}
-    lasting = {name: needed for name, needed in lasting.items() if runs < needed}
-    found = []
-    if lasting:
-        most = max(lasting.values())
-        text = (
-            f"undersampled: runs of {', '.join(lasting)} differ for nearly all of their time in what no "
-            f"polynomial of {runs} runs explains, so that they are too few to verify that {asked} of a "
-            f"further run are in the band; {most} verify it in any case, fewer if they let "
-            "a polynomial follow"
-        )
-        found.append(Notice(UNDERSAMPLED, text, tuple(lasting), {"needed": most}))
-    short = [name for name in short if name not in lasting]
-    if not short:
-        return found
-    names = ", ".join(short)
-    if runs < least:
-        text = (
-            f"undersampled: {runs} runs cannot verify that {asked} of a further run are in the band "
-            f"of {names}; at least {least} are needed"
-        )
-        return [*found, Notice(UNDERSAMPLED, text, tuple(short), {"needed": least})]
-    worst = min(bands[name].coverage for name in short)
-    # The share outside falls about as one over the number of runs.
-    more = max(1, int(np.ceil(runs * (1.0 - worst) / (1.0 - requirement.coverage))) - runs)
-    text = (
-        f"undersampled: only {percent(worst)} of the samples of held-out runs are in the band of {names}, "
-        f"{asked} were required; about {more} more run{'s' if more > 1 else ''} would suffice"
-    )
-    return [*found, Notice(UNDERSAMPLED, text, tuple(short), {"needed": runs + more, "coverage": worst})]

@@ -15,15 +15,8 @@ def mean_share(runs: int) -> float:
 
 
 def exact_runs(coverage: float, confidence: float | None = None) -> int:
-    """Independent runs whose hull holds a share on average and, if asked for, with this confidence.
-
-    Parameters
-    ----------
-    coverage : float
-        The share [-], between 0 and 1.
-    confidence : float, optional
-        Probability, over the runs, that the hull holds the share of all mechanisms at any one instant [-].
-    """
+    """Independent runs whose hull holds a share on average or, if a confidence is given, with this
+    probability over the runs, all mechanisms at any one instant [-]."""
     # 1 - 0.999 is a little more than a thousandth.
     runs = max(2, math.ceil(2.0 / (1.0 - coverage) * (1.0 - 1e-12)) - 1)
     if confidence is None:

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 
-from ...scene.columns import column_unit
 from ...scene.parts import joints_with_play
 from ...scene.scene import Interval, Scene
-from .band import Band
 
 # By the last part of the name of an output, which is never part of a name given by the user.
 _LIMITS = {
@@ -32,13 +29,8 @@ def physical_limits(
 ) -> dict[str, tuple[float, float]]:
     """Lower and upper limit of each output by its name, in its unit; infinite where there is none.
 
-    Parameters
-    ----------
-    outputs : sequence of str
-        Names of the outputs.
-    clearances : mapping of str to float
-        Largest clearance of each joint in the box [m]: the distance to contact of a concentric journal, so
-        that no penetration is below its negative.
+    The clearance of a joint [m] is the distance to contact of a concentric journal: no penetration is below
+    the negative of the largest one.
 
     Examples
     --------
@@ -82,25 +74,3 @@ def largest_clearances(
 
 def _clearances(scene: Scene) -> dict[str, float]:
     return {joint.name: joint.clearance for joint in joints_with_play(scene.joints)}
-
-
-def with_units(bands: Mapping[str, Band], given: Mapping[str, str], *, simulated: bool) -> dict[str, Band]:
-    """Bands with the units of their outputs and parameters.
-
-    Parameters
-    ----------
-    bands : mapping of str to Band
-        Bands without units.
-    given : mapping of str to str
-        Units by the names of parameters, and of outputs of a model of the user's own.
-    simulated : bool
-        Whether the runs are simulations, whose columns have units.
-    """
-    return {
-        name: replace(
-            band,
-            unit=column_unit(name) if simulated else given.get(name, ""),
-            parameter_units={one: given[one] for one in band.intervals if one in given},
-        )
-        for name, band in bands.items()
-    }

@@ -74,19 +74,8 @@ def percent(share: float) -> str:
 def far_off(surrogate: Surrogate, points: Array, runs: Array, hull: tuple[Array, Array]) -> Array:
     """Residual of a polynomial at runs over the width of their hull, 0 where it is small, shape (samples,).
 
-    A polynomial with as many terms as nodes of a grid, which come first, passes through all of them: their
-    errors when they are left out count instead.
-
-    Parameters
-    ----------
-    surrogate : Surrogate
-        The polynomial, which follows the response on average over time.
-    points : ndarray, shape (runs, parameters)
-        Parameters of the runs [SI units].
-    runs : ndarray, shape (runs, samples)
-        Values in the unit of the output.
-    hull : tuple of ndarray
-        Extremes of all runs; where they are near each other the mean width counts.
+    A polynomial with as many terms as nodes of a grid, whose runs come first, passes through all of them:
+    their errors when they are left out count instead. Where the hull is narrow its mean width counts.
     """
     width = hull[1] - hull[0]
     width = np.maximum(width, np.mean(width))

@@ -39,37 +39,15 @@ class Revolutions:
         return self.start + turn
 
     def folded(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Samples of whole runs by revolution.
-
-        Parameters
-        ----------
-        values : ndarray, shape (runs, kept * (samples - 1) + 1, ...)
-            Values at equal steps of the angle.
-
-        Returns
-        -------
-        ndarray, shape (runs, kept, samples, ...)
-            The last sample of each revolution is the first of the next.
-        """
+        """Samples of whole runs by revolution, shape (runs, kept, samples, ...): the last sample of each is
+        the first of the next."""
         steps = (values.shape[1] - 1) // self.kept
         starts = steps * np.arange(self.kept)
         return values[:, starts[:, None] + np.arange(steps + 1)]
 
     def instants(self, t: NDArray[np.float64], angle: NDArray[np.float64]) -> NDArray[np.float64] | float:
-        """Instants at which a run passes the angles of all samples that are kept.
-
-        Parameters
-        ----------
-        t : ndarray, shape (n,)
-            Instants [s].
-        angle : ndarray, shape (n,)
-            Crank angle of the run at these, full turns included [rad].
-
-        Returns
-        -------
-        ndarray, shape (kept * (samples - 1) + 1,), or float
-            Instants [s]; the revolutions made [-] where they are too few.
-        """
+        """Instants at which a run passes the angles of all samples that are kept [s], from its crank angles,
+        full turns included [rad]; the revolutions made [-] where they are too few."""
         # If a crank swings back and passes an angle again, the first time counts.
         passed = np.maximum.accumulate(self.sense * (angle - self.start)) / (2.0 * math.pi)
         # A tolerance, so that rounding of the start does not remove a revolution.

@@ -101,41 +101,15 @@ def restraint_zones(
 
 
 def zones_of(deviation: Array, abscissa: Array, half: int, share: float = 0.5) -> RestraintZones:
-    """Zones of a given deviation.
-
-    Parameters
-    ----------
-    deviation, abscissa : ndarray, shape (samples,)
-        The deviation of a sensitivity, and its abscissa.
-    half : int
-        Half-length of the window of the running maximum in samples [-].
-    share : float
-        Share of the largest deviation [-].
-
-    Returns
-    -------
-    RestraintZones
-    """
+    """Zones of the deviation of a sensitivity, by a running maximum over `half` samples to either side and a
+    share of the largest deviation [-]."""
     envelope = running_maximum(np.abs(deviation), half)
     threshold = share * float(np.abs(deviation).max())
     return RestraintZones(deviation, envelope, threshold, spans_below(abscissa, envelope, threshold))
 
 
 def spans_below(abscissa: Array, values: Array, threshold: float) -> list[tuple[float, float]]:
-    """Spans of `abscissa` on which `values` stay below the threshold.
-
-    Parameters
-    ----------
-    abscissa, values : ndarray, shape (samples,)
-        Abscissa, in any unit, and the values to compare.
-    threshold : float
-        In the unit of `values`.
-
-    Returns
-    -------
-    list of (float, float)
-        First and last sample of each span, in the unit of `abscissa`.
-    """
+    """First and last abscissa of each span on which values stay below the threshold."""
     below = np.concatenate([[False], values < threshold, [False]])
-    edges = np.flatnonzero(below[1:] != below[:-1])
-    return [(float(abscissa[first]), float(abscissa[last - 1])) for first, last in edges.reshape(-1, 2)]
+    edges = np.flatnonzero(below[1:] != below[:-1]).reshape(-1, 2)
+    return [(float(abscissa[first]), float(abscissa[last - 1])) for first, last in edges]

@@ -1,0 +1,137 @@
+"""What is said of bands: too few runs, polynomials that do not follow, holes, starting transients."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from ...run.notices import Notice
+from ...run.tracking import settling_time
+from ...scene.scene import Scene
+from ..polynomials.holes import HoleFit
+from ..polynomials.points import leaves_out, on_cube
+from .band import Band
+from .calibrated import Requirement, lasting_runs, needed_runs
+from .independent import exact_runs
+from .margin import RESOLVED, percent
+
+UNDERSAMPLED, SETTLING = "undersampled", "settling"
+"""Codes of the notices of bands of too few runs, and of those that are widest in the starting transient."""
+
+
+def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[Notice]:
+    """Notices of the bands that are undersampled."""
+    short = [name for name, band in bands.items() if band.verdict == "undersampled"]
+    if not short:
+        return []
+    runs, failed = requirement.runs, requirement.failed
+    names, asked = ", ".join(short), f"{100.0 * requirement.coverage:.10g} % of the samples"
+
+    def told(text: str, about: list[str], **numbers: float) -> Notice:
+        return Notice(UNDERSAMPLED, f"undersampled: {text}", tuple(about), numbers)
+
+    if requirement.succeeded < requirement.coverage:
+        text = (
+            f"{failed} of {runs + failed} runs failed and count as outside, so that {asked} of a further run "
+        )
+        return [told(f"{text}cannot be promised for {names}", short, failed=failed)]
+    if requirement.independent:
+        needed = exact_runs(requirement.coverage, requirement.confidence)
+        text = f"the hull of {runs} independent runs does not prove that {asked} of a further run are in the "
+        return [told(f"{text}band of {names}, {needed} do", short, needed=needed)]
+    band = bands[short[0]]
+    if requirement.finished and leaves_out(on_cube(band.intervals, band.parameters[:runs])):
+        text = f"the table has no runs in a part of the box, so that {asked} of a further run "
+        return [told(f"{text}cannot be verified for {names}", short)]
+    found = []
+    lasting = {name: lasting_runs(bands[name].margin, requirement) for name in short}
+    lasting = {name: needed for name, needed in lasting.items() if runs < needed}
+    if lasting:
+        most = max(lasting.values())
+        text = (
+            f"runs of {', '.join(lasting)} differ for nearly all of their time in what no polynomial of "
+            f"{runs} runs explains, so that they are too few to verify that {asked} of a further run are in "
+            f"the band; {most} verify it in any case, fewer if they let a polynomial follow"
+        )
+        found.append(told(text, list(lasting), needed=most))
+    short = [name for name in short if name not in lasting]
+    if not short:
+        return found
+    names, least = ", ".join(short), needed_runs(requirement)
+    if runs < least:
+        text = (
+            f"{runs} runs cannot verify that {asked} of a further run are in the band of {names}; at least "
+        )
+        return [*found, told(f"{text}{least} are needed", short, needed=least)]
+    worst = min(bands[name].coverage for name in short)
+    # The share outside falls about as one over the number of runs.
+    more = max(1, int(np.ceil(runs * (1.0 - worst) / (1.0 - requirement.coverage))) - runs)
+    text = (
+        f"only {percent(worst)} of the samples of held-out runs are in the band of {names}, {asked} were "
+        f"required; about {more} more run{'s' if more > 1 else ''} would suffice"
+    )
+    return [*found, told(text, short, needed=runs + more, coverage=worst)]
+
+
+def told_holes(holes: HoleFit) -> list[Notice]:
+    """Notice that polynomials were fitted to fewer runs than the grid has."""
+    count = len(holes.missing) + len(holes.known)
+    without = f"without {holes.dropped.sum()} of {len(holes.dropped)} terms, those of the highest degree, "
+    text = (
+        f"holes: the polynomials are fitted by least squares to {len(holes.known)} of {count} runs, "
+        f"{without if holes.dropped.any() else ''}with the condition number {holes.condition:.3g}: at the "
+        "missing runs they are not checked"
+    )
+    numbers = {"runs": len(holes.missing), "of_runs": count, "condition": holes.condition}
+    return [Notice("holes", text, numbers=numbers)]
+
+
+def early_widths(bands: Mapping[str, Band], scene: Scene | None) -> list[Notice]:
+    """One notice for all bands that are widest before the starting transient of a scene has decayed; those
+    that end before it are left out."""
+    settled = -math.inf if scene is None else settling_time(scene)
+    early = [
+        name
+        for name, band in bands.items()
+        if band.t[int(np.argmax(band.width))] < settled < band.t[-1] and band.max_width > 0.0
+    ]
+    if not early:
+        return []
+    text = (
+        f"settling: {', '.join(early)}: the band is widest in the first revolution, in the starting "
+        f"transient; skip {settled:.4g} s to leave it out"
+    )
+    return [Notice(SETTLING, text, tuple(early), {"settled": settled})]
+
+
+def doubts(bands: Mapping[str, Band]) -> list[Notice]:
+    """Notices of the outputs that no polynomial follows, or not in all of the box."""
+    lost = {
+        name: band.margin.error
+        for name, band in bands.items()
+        if band.surrogate is not None and band.verdict == "not resolved"
+    }
+    unseen = [name for name, error in lost.items() if error <= RESOLVED]
+    found = []
+    if unseen:
+        text = (
+            f"not resolved: {', '.join(unseen)}: more than {100.0 * RESOLVED:g} % of the runs failed, and "
+            "where they did the polynomial is not checked: ask for a box in which runs succeed"
+        )
+        found.append(Notice("not_resolved", text, tuple(unseen)))
+    errors = [100.0 * error for error in lost.values() if error > RESOLVED]
+    if not errors:
+        return found
+    others = tuple(name for name in lost if name not in unseen)
+    least, most = f"{min(errors):.3g}", f"{max(errors):.3g}"
+    size = f"is {most} %" if least == most else f"is {least} to {most} %"
+    told = f"{size} of the width of the band" if math.isfinite(max(errors)) else "cannot be told from so few"
+    text = (
+        f"not resolved: {', '.join(others)}: the error of the polynomial at left-out runs {told}. The "
+        "response may leave its bounds, and neither worst case nor sensitivity is that of the response. A "
+        "higher degree helps where the response is smooth; where impacts scatter, "
+        "use bands of all runs (kind band) and features instead"
+    )
+    return [*found, Notice("not_resolved", text, others, {"error": 0.01 * max(errors)})]
