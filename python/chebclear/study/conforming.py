@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Runs of the first piece where failures end them; each further piece doubles them.
+# Runs of the first piece where failures end them.
 _FIRST_PIECE = 200
 # Of the mechanisms that a study draws for its requirements: their least number, and of their intervals [-].
 _LEAST_RUNS, _CONFIDENCE = 100, 0.95
@@ -177,7 +177,8 @@ def shares_of(
     if width is not None:
         stops = looks(width, runs, confidence)
     elif failures is not None:
-        stops = [*_doubled(min(_FIRST_PIECE, runs), runs), runs]
+        # Each piece doubles the runs.
+        stops = [*(_FIRST_PIECE << k for k in range(runs.bit_length()) if _FIRST_PIECE << k < runs), runs]
     else:
         stops = [runs]
     budget, start = runner.execution.max_seconds, time.perf_counter()
@@ -212,16 +213,8 @@ def shares_of(
 def answered(runner: Runner, make: Callable[..., Design], *how: Any, own: bool = False) -> StudyResult:
     """The result of a method, with the shares of the requirements of the study.
 
-    They are those of its runs if these are draws from the distributions, else of as many other mechanisms.
-
-    Parameters
-    ----------
-    runner : Runner
-        The study.
-    make, *how
-        The method and its arguments: the design is ``make(runner, *how)``.
-    own : bool
-        Whether the method may draw its runs independently.
+    They are those of its runs if these are draws from the distributions, which the method may draw if they
+    are its `own`; else of as many other mechanisms. The design is ``make(runner, *how)``.
     """
     asked = runner.requirements
     own = own and _are_draws(runner)
@@ -296,13 +289,6 @@ def _with(result: StudyResult, shares: Conformance | None) -> StudyResult:
     return replace(result, conformance=shares, notices=(*result.notices, *more))
 
 
-def _doubled(first: int, most: int) -> Iterator[int]:
-    """Numbers of runs below the most, each twice the one before."""
-    while first < most:
-        yield first
-        first *= 2
-
-
 def _is_enough(shares: dict[str, Share], failures: int | None, width: float | None) -> bool:
     """Whether no further runs are needed."""
     if failures is not None:
@@ -319,8 +305,7 @@ def watching_for(runner: Runner, asked: dict[str, Specification]) -> tuple[Runne
     settings = runner.settings
     columns: list[str] = []
     if settings is not None:
-        nominal = {name: side.nominal for name, side in runner.intervals.items()}
-        nominal_scene = runner.scene(nominal)
+        nominal_scene = runner.scene({name: side.nominal for name, side in runner.intervals.items()})
         facts = nominal_scene.check()
         columns = [*facts.columns, *facts.further_columns]
     watched: dict[str, Watched] = {}
@@ -348,15 +333,19 @@ def watching_for(runner: Runner, asked: dict[str, Specification]) -> tuple[Runne
                 if joint in (driven := drives_of(nominal_scene)):
                     turns = abs(driven[joint].speed) * settings.duration / (2.0 * math.pi)
                     steps = max(steps, math.ceil(turns * LEAST_STEPS / (settings.samples - 1)))
-            elif not isinstance(one.at, str) and one.at is not None:
-                _instant(checks, place, one.at, settings)
+            elif one.at is not None:
+                at = float(one.at)
+                t = np.linspace(settings.skip, settings.skip + settings.duration, settings.samples)
+                nearest = float(t[np.argmin(np.abs(t - at))])
+                if abs(nearest - at) > 1e-9 * settings.duration:
+                    checks.add_at(
+                        place, f"at = {at:g} s is none of the samples; the nearest is {nearest:.9g} s"
+                    )
                 taken = None
                 sampled.append(quantity)
             else:
-                ends = {f"{end} of {quantity}": feature(quantity) for end, feature in _ENDS.items()}
-                features |= ends
-                first, second = ends
-                taken = first, second
+                taken = f"lowest of {quantity}", f"peak of {quantity}"
+                features |= {taken[0]: lowest(quantity), taken[1]: peak(quantity)}
         else:
             # A model of the user's own: outputs are known once it has run.
             unit, taken = runner.units.get(quantity, ""), None
@@ -374,22 +363,6 @@ def watching_for(runner: Runner, asked: dict[str, Specification]) -> tuple[Runne
     # A mechanism that fails counts as outside, however many do.
     execution = replace(runner.execution, most_failed=1.0)
     return replace(runner, features=features, settings=settings, execution=execution), watched
-
-
-_ENDS = {"lowest": lowest, "peak": peak}
-
-
-def _instant(checks: Checks, place: str, at: float, settings: Settings) -> None:
-    """Checks that an instant is one of the samples."""
-    t = _instants(settings)
-    nearest = float(t[np.argmin(np.abs(t - at))])
-    if abs(nearest - at) > 1e-9 * settings.duration:
-        checks.add_at(place, f"at = {at:g} s is none of the samples; the nearest is {nearest:.9g} s")
-
-
-def _instants(settings: Settings) -> Array:
-    skip = settings.skip or 0.0
-    return np.linspace(skip, skip + settings.duration, settings.samples)
 
 
 def placed(runner: Runner, draws: Array, place: dict[str, float]) -> Array:

@@ -5,7 +5,7 @@ import dataclasses
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear.study.features.features import FeatureResult
+from chebclear.study.features.features import FeatureResult, FeatureTable
 from chebclear.study.polynomials.points import even_points
 from matplotlib.figure import Figure
 
@@ -18,7 +18,9 @@ def ax():
 def feature_of(name, unit, parameters, points, values):
     """A feature of runs at points of the box from -1 to 1."""
     box = dict.fromkeys(parameters, cc.Interval(-1.0, 1.0))
-    return FeatureResult(name, values, values.mean(axis=0), box, points, random=True, unit=unit)
+    runs, nominal = values[:, :, None], values.mean(axis=0)[:, None]
+    table = FeatureTable((name,), runs, nominal, box, points, random=True, units=(unit,))
+    return FeatureResult(name, table)
 
 
 @pytest.fixture(scope="module")

@@ -229,28 +229,10 @@ class Model(NamedTuple):
 
 
 def find_effects(names: list[str], points: Array, values: Array, seed: int = 0) -> Effects:
-    """Decompose the variance of a feature.
+    """Decompose the variance of the values of a feature, shape (runs, cycles), over points of [-1, 1]^k.
 
-    Parameters
-    ----------
-    names : list of str
-        Names of the parameters.
-    points : ndarray, shape (runs, parameters)
-        Parameters of the runs, from -1 to 1 over each interval.
-    values : ndarray, shape (runs, cycles)
-        The feature in its unit.
-    seed : int
-        Seed of the resampling.
-
-    Returns
-    -------
-    Effects
-
-    Raises
-    ------
-    ValueError
-        If there are too few runs for a polynomial of degree 1, or the points do not vary all parameters
-        independently.
+    ValueError is raised if there are too few runs for a polynomial of degree 1, or the points do not vary
+    all parameters independently.
     """
     model = model_of(points, values, seed)
     variances = np.maximum(model.variances, 0.0)

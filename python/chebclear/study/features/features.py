@@ -135,22 +135,25 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
 
     @cached_property
     def _entries(self) -> tuple[FeatureResult, ...]:
-        return tuple(map(self._result, range(len(self.names))))
+        return tuple(FeatureResult(name, self) for name in self.names)
 
-    def _result(self, index: int) -> FeatureResult:
-        return FeatureResult(
-            name=self.names[index],
-            values=self.runs[:, :, index],
-            nominal=self.nominal[:, index],
-            intervals=self.intervals,
-            parameters=self.parameters,
-            random=self.random,
-            uneven=self.uneven,
-            unit=self.units[index] if self.units else "",
-            failed=self.failed,
-            finished=self.finished,
-            nominal_parameters=self.nominal_parameters,
-        )
+    @cached_property
+    def points(self) -> Array:
+        """Parameters of the runs, from -1 to 1 over each interval, shape (runs, parameters)."""
+        return on_cube(self.intervals, self.parameters)
+
+    @property
+    def nominal_point(self) -> Array:
+        """As `points`, of the nominal run."""
+        return on_cube(self.intervals, nominal_point(self.intervals, self.nominal_parameters))
+
+    @cached_property
+    def leaves_out(self) -> bool:
+        """Whether the runs leave out a part of the box.
+
+        Those of a study fill it, though pairs of many parameters may look as if they did not.
+        """
+        return self.finished and leaves_out(self.points)
 
 
 NO_FEATURES = FeatureTable((), np.empty((0, 1, 0)), np.empty((1, 0)), {}, np.empty((0, 0)), random=False)
@@ -165,39 +168,41 @@ class FeatureResult(records.ArrayRecord):
     ----------
     name : str
         Name of the feature.
-    values : Array
-        In the unit of the feature, shape (runs, cycles).
-    nominal : Array
-        At the midpoint of all intervals, shape (cycles,).
-    intervals : dict[str, Interval]
-        Interval of each parameter by name [SI units].
-    parameters : Array
-        Parameters of the runs [SI units], shape (runs, parameters).
-    random : bool
-        Whether the runs are spread at random over the box.
-    uneven : tuple[str, ...]
-        Parameters that were given with another distribution than a uniform one; effects take them as uniform.
-    unit : str
-        SI unit of the feature; empty if it is not known.
-    failed : int
-        Further runs that failed; they count as outside [-].
-    finished : bool
-        Whether the runs came as a table, at points of unknown origin, which may leave out a part of the box.
-    nominal_parameters : Array | None
-        Parameters of the nominal run [SI units]; None if it is at the nominal values of the intervals.
+    table : FeatureTable
+        The features of all runs, with the parameters of these.
     """
 
     name: str
-    values: Array
-    nominal: Array
-    intervals: dict[str, Interval]
-    parameters: Array
-    random: bool
-    uneven: tuple[str, ...] = ()
-    unit: str = ""
-    failed: int = 0
-    finished: bool = False
-    nominal_parameters: Array | None = None
+    table: FeatureTable
+
+    @property
+    def _column(self) -> int:
+        return self.table.names.index(self.name)
+
+    @property
+    def values(self) -> Array:
+        """In the unit of the feature, shape (runs, cycles)."""
+        return self.table.runs[:, :, self._column]
+
+    @property
+    def nominal(self) -> Array:
+        """At the midpoint of all intervals, shape (cycles,)."""
+        return self.table.nominal[:, self._column]
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the feature; empty if it is not known."""
+        return self.table.units[self._column] if self.table.units else ""
+
+    @property
+    def intervals(self) -> dict[str, Interval]:
+        """Interval of each parameter by name [SI units]."""
+        return self.table.intervals
+
+    @property
+    def parameters(self) -> Array:
+        """Parameters of the runs [SI units], shape (runs, parameters)."""
+        return self.table.parameters
 
     def plot(self, *, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw what each parameter does to the feature; see `plot_tornado` for the options."""
@@ -224,11 +229,12 @@ class FeatureResult(records.ArrayRecord):
     @cached_property
     def interval(self) -> FeatureInterval:
         """How far the feature reaches over the box."""
-        filled = not self.failed and not self._leaves_out
-        points = np.vstack([self._points, self._nominal_point])
+        table = self.table
+        filled = not table.failed and not table.leaves_out
+        points = np.vstack([table.points, table.nominal_point])
         values = np.vstack([self.values, self.nominal])
-        reach = find_interval(points, values, self.random, filled=filled)
-        share = len(self.values) / (len(self.values) + self.failed)
+        reach = find_interval(points, values, table.random, filled=filled)
+        share = len(self.values) / (len(self.values) + table.failed)
         return replace(
             reach,
             coverage=reach.coverage * share,
@@ -247,9 +253,9 @@ class FeatureResult(records.ArrayRecord):
         ValueError
             If there are too few runs to tell.
         """
-        if self._leaves_out:
+        if self.table.leaves_out:
             warn(f"{self.name}: the runs leave out a part of the box: effects are extrapolated there")
-        return find_effects(list(self.intervals), self._points, self.values)
+        return find_effects(list(self.intervals), self.table.points, self.values)
 
     def quantile(self, shares: ArrayLike) -> Array:
         """Values that so many of the runs, all cycles together, stay below.
@@ -276,12 +282,12 @@ class FeatureResult(records.ArrayRecord):
             raise ArgumentError(f"shares must be numbers from 0 to 1, got {shares!r}") from None
         if given.ndim > 1 or not given.size or not np.all((given >= 0.0) & (given <= 1.0)):
             raise ArgumentError(f"shares must be from 0 to 1, one or a list of them, got {shares!r}")
-        if not self.random:
+        if not self.table.random:
             raise ArgumentError("runs on a grid, or with some, have no quantiles, random points have")
-        if self.uneven:
+        if self.table.uneven:
             raise ArgumentError(
-                f"the runs spread {', '.join(self.uneven)} evenly over their intervals: quantiles are not "
-                "those of their distributions. Ask conformance, or draw them yourself, Study.from_runs"
+                f"the runs spread {', '.join(self.table.uneven)} evenly over their intervals: quantiles are "
+                "not those of their distributions. Ask conformance, or draw them yourself, Study.from_runs"
             )
         return np.asarray(np.quantile(self.values, given))
 
@@ -291,43 +297,18 @@ class FeatureResult(records.ArrayRecord):
 
     @cached_property
     def _ranking(self) -> Ranking:
-        effects = self.effects
+        effects, table = self.effects, self.table
         narrowings = find_narrowing(
-            list(self.intervals),
-            self._points,
-            self.values,
-            nominal=self._nominal_point,
+            list(self.intervals), table.points, self.values, nominal=table.nominal_point
         )
         rows = [
             Rank(name, narrowing, effects.main[name], effects.monotone.get(name))
             for name, narrowing in narrowings.items()
         ]
         rows.sort(key=lambda row: -row.narrowing.value)
-        share = self.failed / (len(self.values) + self.failed)
-        return Ranking(
-            self.name,
-            tuple(rows),
-            effects.interactions,
-            effects.scatter,
-            self.uneven,
-            share,
-            self._leaves_out,
-        )
-
-    @cached_property
-    def _leaves_out(self) -> bool:
-        # Those of a study fill the box, though pairs of many parameters may look as if they did not.
-        return self.finished and leaves_out(self._points)
-
-    @property
-    def _points(self) -> Array:
-        """Parameters from -1 to 1 over each interval, shape (runs, parameters)."""
-        return on_cube(self.intervals, self.parameters)
-
-    @property
-    def _nominal_point(self) -> Array:
-        """As `_points`, of the nominal run."""
-        return on_cube(self.intervals, nominal_point(self.intervals, self.nominal_parameters))
+        share = table.failed / (len(self.values) + table.failed)
+        shared = effects.interactions, effects.scatter, table.uneven, share, table.leaves_out
+        return Ranking(self.name, tuple(rows), *shared)
 
 
 def checked_features(checks: Checks, given: object) -> dict[str, FeatureSpec]:
@@ -377,29 +358,11 @@ def feature_values(
     fail: Callable[[int, Exception], None],
     call: Callable[..., Any],
 ) -> Array:
-    """The features of all runs, shape (runs, cycles, features).
+    """The features of all runs, shape (runs, cycles, features); NaN for runs that are not among the numbers.
 
-    Parameters
-    ----------
-    asked : mapping of str to Feature or callable
-        Requested features by name.
-    settings : Settings
-        Settings of the runs.
-    numbers : iterable of int
-        Numbers of the runs that succeeded; the others have NaN.
-    run, parameters : callable
-        A run as a callable gets it, and its parameters [SI units], by its number.
-    tracked : ndarray, shape (runs, cycles, tracked features)
-        Features from the core, in the order of the settings.
-    fail : callable
-        Gets number and error of every run that has no such feature.
-    call : callable
-        Calls a function with arguments, perhaps for a limited time only.
-
-    Raises
-    ------
-    Exception
-        Exceptions of `fail`.
+    `run` and `parameters` give a run as a callable gets it, and its parameters, by its number; `tracked` are
+    the features from the core in the order of the settings; `fail` gets number and error of every run that
+    has no such feature; `call` calls a function, perhaps for a limited time only.
     """
     values = np.full((len(tracked), settings.cycles, len(asked)), np.nan)
     good = dict.fromkeys(numbers)

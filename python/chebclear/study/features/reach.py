@@ -54,23 +54,10 @@ class FeatureInterval(Shown):
 
 
 def find_interval(points: Array, values: Array, random: bool, *, filled: bool) -> FeatureInterval:
-    """The interval of a feature.
+    """The interval of a feature from its values, shape (runs + 1, cycles), at points of [-1, 1]^k.
 
-    Parameters
-    ----------
-    points : ndarray, shape (runs + 1, parameters)
-        Parameters of the runs, from -1 to 1 over each interval; those of the nominal run last.
-    values : ndarray, shape (runs + 1, cycles)
-        The feature in its unit.
-    random : bool
-        Whether the runs, but for the nominal one, are spread at random over the box.
-    filled : bool
-        Whether none have failed and the points leave out no part of the box, where nothing is known of the
-        feature: no polynomial is extrapolated.
-
-    Returns
-    -------
-    FeatureInterval
+    The nominal run is the last; the others may be spread at `random` over the box. It is `filled` if none
+    have failed and the points leave out no part of it: else no polynomial is extrapolated.
     """
     runs = len(values) - 1
     lower, upper, resolved = _reach(points, values, filled)

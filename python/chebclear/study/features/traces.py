@@ -147,19 +147,8 @@ class Crossings(OfSamples):
 
 
 def rising_edges(values: Array, level: float, release: float) -> NDArray[np.bool_]:
-    """After which samples values reach a level, having been below `release` since the last time.
-
-    Parameters
-    ----------
-    values : ndarray, shape (..., samples)
-        The samples.
-    level, release : float
-        The levels; `release` is at most `level`.
-
-    Returns
-    -------
-    ndarray of bool, shape (..., samples - 1)
-    """
+    """After which samples values of shape (..., samples) reach a level, having been below `release`, at most
+    the level, since the last time; shape (..., samples - 1)."""
     state = np.where(values >= level, 1, np.where(values < release, -1, 0))
     state[..., 0] = np.where(values[..., 0] >= level, 1, -1)
     # What is between the two levels keeps the last state.

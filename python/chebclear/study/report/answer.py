@@ -15,7 +15,7 @@ from ...report.document import Cell, Judgment, Table, Verdict
 from ..band.band import Band
 from ..band.margin import percent
 from ..features.features import FeatureResult
-from .extent import at_samples, extent
+from .extent import at_samples, extent, sampled_end
 
 if TYPE_CHECKING:
     from ..requirements.conformance import Conformance
@@ -163,32 +163,13 @@ def _judged(result: StudyResult, conformance: Conformance | None) -> FeatureResu
         if share.outside and name in result.bands:
             # The side on which most are outside.
             low, high = (np.sum(share.lowest <= lower), np.sum(share.highest >= upper))
-            return _extreme(result, result.bands[name], highest=bool(high >= low))
+            return sampled_end(result, result.bands[name], "peak" if high >= low else "lowest")
     for one in features.values():
         if np.ptp(one.values) > 0.0:
             return one
     bands = [band for band in result.bands.values() if band.max_width > 0.0]
     bands.sort(key=lambda band: band.unit != "N")
-    return _extreme(result, bands[0], highest=True) if bands else None
-
-
-def _extreme(result: StudyResult, band: Band, *, highest: bool) -> FeatureResult:
-    """The largest or the smallest value of an output at the samples of each run, as a feature."""
-    find = np.max if highest else np.min
-    # The last row is the nominal run.
-    values = result.table(band.name)[: len(result.parameters)]
-    return FeatureResult(
-        name=f"the {'peak' if highest else 'lowest value'} of {band.name}",
-        values=find(values.reshape(len(values), -1), axis=1)[:, None],
-        nominal=np.array([find(band.nominal)]),
-        intervals=result.intervals,
-        parameters=result.parameters,
-        random=result.requirement is not None,
-        unit=band.unit,
-        failed=count_failed(result.failures),
-        finished=result.spec is not None and result.spec.table,
-        nominal_parameters=result.nominal_parameters,
-    )
+    return sampled_end(result, bands[0], "peak") if bands else None
 
 
 def features_of(result: StudyResult) -> list[FeatureResult]:

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
+from ...execution.failures import count_failed
 from ...run.features import Feature
 from ..band.band import Band
+from ..features.features import FeatureResult, FeatureTable
 
 if TYPE_CHECKING:
     from ..results import StudyResult
+
+End = Literal["lowest", "peak"]
 
 
 def extent(result: StudyResult, band: Band) -> tuple[float, float]:
@@ -16,24 +22,40 @@ def extent(result: StudyResult, band: Band) -> tuple[float, float]:
 
     A band is one of samples. Where the study found the largest or the smallest value of each run too, which
     may lie between samples, their intervals count as well.
-
-    Parameters
-    ----------
-    result : StudyResult
-        The study.
-    band : Band
-        The band of the output.
     """
     lower, upper = at_samples(band)
-    if result.spec is not None and result.features:
-        for name, asked in result.spec.features.items():
-            if asked == Feature("lowest", band.name):
-                lower = min(lower, result.features[name].interval.lower)
-            elif asked == Feature("peak", band.name):
-                upper = max(upper, result.features[name].interval.upper)
-    return lower, upper
+    lowest, peak = (asked_end(result, band, end) for end in ("lowest", "peak"))
+    lower = lower if lowest is None else min(lower, lowest.interval.lower)
+    return lower, upper if peak is None else max(upper, peak.interval.upper)
 
 
 def at_samples(band: Band) -> tuple[float, float]:
     """The lowest and the highest bound."""
     return float(band.lower.min()), float(band.upper.max())
+
+
+def asked_end(result: StudyResult, band: Band, end: End) -> FeatureResult | None:
+    """The feature of a study that is the lowest value or the peak of an output, if it has one."""
+    asked = {} if result.spec is None else result.spec.features
+    names = [name for name in result.features.names if asked.get(name) == Feature(end, band.name)]
+    return FeatureResult(names[0], result.features) if names else None
+
+
+def sampled_end(result: StudyResult, band: Band, end: End) -> FeatureResult:
+    """The smallest or the largest value of an output at the samples of each run, as a feature."""
+    name = f"the {'peak' if end == 'peak' else 'lowest value'} of {band.name}"
+    values = result.table(band.name)
+    ends = (np.max if end == "peak" else np.min)(values.reshape(len(values), -1), axis=1)
+    table = FeatureTable(
+        names=(name,),
+        runs=ends[:-1, None, None],
+        nominal=ends[-1:, None],
+        intervals=result.intervals,
+        parameters=result.parameters,
+        random=result.requirement is not None,
+        units=(band.unit,),
+        failed=count_failed(result.failures),
+        finished=result.spec is not None and result.spec.table,
+        nominal_parameters=result.nominal_parameters,
+    )
+    return FeatureResult(name, table)

@@ -14,13 +14,12 @@ from ...base.tables import format_ends, format_table
 from ...execution.batch import jammed
 from ...execution.failures import set_apart
 from ...execution.pieces import NOT_BEGUN
-from ...run.features import Feature
 from ...scene.scene import Interval
 from ..band.band import Band
 from ..band.calibrated import doubling_narrows
 from ..band.margin import percent
-from ..features.reach import FeatureInterval, find_interval
-from ..polynomials.points import leaves_out, nominal_point, on_cube
+from ..polynomials.points import leaves_out, on_cube
+from .extent import asked_end, sampled_end
 
 if TYPE_CHECKING:
     from ..results import StudyResult
@@ -71,7 +70,8 @@ def findings(result: StudyResult) -> str:
         rows = [_row(result, band) for band in bands[:_MOST_LINES]]
         lines += format_table([*head, "simulated"], rows).split("\n")
         lines += [f"and {len(bands) - _MOST_LINES} more outputs"] * (len(bands) > _MOST_LINES)
-    between = [f"{band.name} ({name})" for band in bands if (name := _asked_peak(result, band.name))]
+    peaks = {band.name: asked_end(result, band, "peak") for band in bands}
+    between = [f"{output} ({peak.name})" for output, peak in peaks.items() if peak is not None]
     if between and result.scene is not None:  # of other models the samples are all there is
         lines.append(
             f"Peaks of a run between the samples too, from its features: {listed(between, most=4)}; the "
@@ -108,7 +108,7 @@ def _head(result: StudyResult) -> str:
 
 def _row(result: StudyResult, band: Band) -> list[str]:
     """One output in a line."""
-    peak = _peak(result, band)
+    peak = (asked_end(result, band, "peak") or sampled_end(result, band, "peak")).interval
     checked = {case.output: case for case in result.worst_cases if case.side == "upper"}.get(band.name)
     simulated = f"{band.hull[1].max():.5g} (largest run)"
     if checked is not None:
@@ -125,19 +125,6 @@ def _row(result: StudyResult, band: Band) -> list[str]:
     ]
 
 
-def _peak(result: StudyResult, band: Band) -> FeatureInterval:
-    """The range of the largest value of a run: from the feature if there is one, else from the samples."""
-    asked = _asked_peak(result, band.name)
-    if asked:
-        return result.features[asked].interval
-    values = result.table(band.name)
-    peaks = values.reshape(len(values), -1).max(axis=1)[:, None]
-    nominal = nominal_point(result.intervals, result.nominal_parameters)
-    points = on_cube(result.intervals, np.vstack([result.parameters, nominal]))
-    filled = not any(one.reason != NOT_BEGUN for one in result.failures) and not _leaves_out(result)
-    return find_interval(points, peaks, random=result.requirement is not None, filled=filled)
-
-
 def _leaves_out(result: StudyResult) -> bool:
     """Whether the runs came as a table that leaves out a part of the box."""
     return _is_table(result) and leaves_out(on_cube(result.intervals, result.parameters))
@@ -146,13 +133,6 @@ def _leaves_out(result: StudyResult) -> bool:
 def _is_table(result: StudyResult) -> bool:
     """Whether the runs came as a table, which has no further ones."""
     return result.spec is not None and result.spec.table
-
-
-def _asked_peak(result: StudyResult, output: str) -> str:
-    """The feature of a study that is the peak of an output, or nothing."""
-    asked = {} if result.spec is None else result.spec.features
-    peak = Feature("peak", output)
-    return next((name for name in result.features.names if asked.get(name) == peak), "")
 
 
 def suggestions(result: StudyResult) -> list[str]:

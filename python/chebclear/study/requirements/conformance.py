@@ -234,30 +234,19 @@ def share_of(
     failures: int | None = None,
     looks: int = 1,
 ) -> Share:
-    """The share of a specification from the extremes of its quantity in all runs.
+    """The share of a specification from the lowest and the highest value of its quantity in all runs, NaN
+    where it failed, for each of the values `at` which parameters that are only known as intervals have.
 
-    Parameters
-    ----------
-    name, specification, unit, limits
-        As of `Share`.
-    at : list of dict
-        Values of the parameters that are only known as intervals.
-    extremes : list of (ndarray, ndarray)
-        For each of these the lowest and the highest value of every run, NaN if it failed.
-    confidence : float
-        Of the interval [-].
-    failures : int or None
-        Runs outside after which no further ones count [-]: the interval of as many runs as it took is exact
-        then as well.
-    looks : int
-        Numbers of runs at which they could have ended because an interval was narrow enough [-]; all these
-        intervals hold together.
-    """
+    Runs end after so many `failures`: the interval of as many runs as it took is exact then as well. At so
+    many `looks` they could have ended because an interval was narrow enough: all these intervals hold
+    together."""
     counts, intervals, kept = [], [], []
     level = 1.0 - (1.0 - confidence) / looks
     for lowest, highest in extremes:
         is_outside = ~((lowest > limits[0]) & (highest < limits[1]))
-        used = counted(is_outside, failures)
+        used = len(is_outside)
+        if failures is not None and len(last := np.flatnonzero(np.cumsum(is_outside) == failures)):
+            used = int(last[0]) + 1
         counts.append((used, int(np.count_nonzero(is_outside[:used]))))
         below, above = exact_interval(counts[-1][1], used, level)
         intervals.append((1.0 - above, 1.0 - below))
@@ -278,14 +267,6 @@ def share_of(
         highest=highest,
         limits=limits,
     )
-
-
-def counted(is_outside: NDArray[np.bool_], failures: int | None) -> int:
-    """Runs that count: up to the last one of as many failures."""
-    if failures is None:
-        return len(is_outside)
-    reached = np.flatnonzero(np.cumsum(is_outside) == failures)
-    return int(reached[0]) + 1 if len(reached) else len(is_outside)
 
 
 def _percent(share: float) -> str:

@@ -28,18 +28,6 @@ def exact_interval(count: int, trials: int, confidence: float) -> tuple[float, f
 
     It holds the probability with at least this confidence, whatever it is: at its lower end as many successes
     or more, at its upper end as many or fewer, have half of the remaining probability each.
-
-    Parameters
-    ----------
-    count, trials : int
-        Successes and trials [-].
-    confidence : float
-        Probability that the interval holds the true one [-], between 0 and 1.
-
-    Returns
-    -------
-    float, float
-        Its ends [-].
     """
     tail = 0.5 * (1.0 - confidence)
 
@@ -63,20 +51,9 @@ def looks(width: float, most: int, confidence: float) -> list[int]:
     at all of them together with the confidence (Bonferroni). Looking again and again at intervals with the
     confidence itself, and stopping when one pleases, holds the probability much less often.
 
-    Parameters
-    ----------
-    width : float
-        Width to reach [-], between 0 and 1.
-    most : int
-        Most trials [-].
-    confidence : float
-        Of the interval of which the trials end [-].
-
-    Returns
-    -------
-    list of int
-        From as many trials as give the width if there are no successes among them, doubled each time, to as
-        many as give it whatever there are (Hoeffding's inequality, which is wider than the exact interval).
+    They go from as many trials as give the width if there are no successes among them, doubled each time, to
+    as many as give it whatever there are (Hoeffding's inequality, which is wider than the exact interval), or
+    to the most.
     """
     count = 1
     while True:
