@@ -334,13 +334,7 @@ def watching_for(runner: Runner, asked: dict[str, Specification]) -> tuple[Runne
                     turns = abs(driven[joint].speed) * settings.duration / (2.0 * math.pi)
                     steps = max(steps, math.ceil(turns * LEAST_STEPS / (settings.samples - 1)))
             elif one.at is not None:
-                at = float(one.at)
-                t = np.linspace(settings.skip, settings.skip + settings.duration, settings.samples)
-                nearest = float(t[np.argmin(np.abs(t - at))])
-                if abs(nearest - at) > 1e-9 * settings.duration:
-                    checks.add_at(
-                        place, f"at = {at:g} s is none of the samples; the nearest is {nearest:.9g} s"
-                    )
+                _check_instant(checks, place, float(one.at), settings)
                 taken = None
                 sampled.append(quantity)
             else:
@@ -363,6 +357,14 @@ def watching_for(runner: Runner, asked: dict[str, Specification]) -> tuple[Runne
     # A mechanism that fails counts as outside, however many do.
     execution = replace(runner.execution, most_failed=1.0)
     return replace(runner, features=features, settings=settings, execution=execution), watched
+
+
+def _check_instant(checks: Checks, place: str, at: float, settings: Settings) -> None:
+    """Check that an instant is one of the samples."""
+    t = np.linspace(settings.skip, settings.skip + settings.duration, settings.samples)
+    nearest = float(t[np.argmin(np.abs(t - at))])
+    if abs(nearest - at) > 1e-9 * settings.duration:
+        checks.add_at(place, f"at = {at:g} s is none of the samples; the nearest is {nearest:.9g} s")
 
 
 def placed(runner: Runner, draws: Array, place: dict[str, float]) -> Array:
