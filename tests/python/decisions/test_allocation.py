@@ -220,7 +220,7 @@ def test_bad_input_is_told_at_once():
     study = cc.Study(
         stack, {"a": cc.normal(0.0, 0.01), "b": cc.lognormal(1.0, 0.1), "c": cc.Interval(0.0, 1.0)}
     )
-    with pytest.raises(ValueError, match="unknown parameter") as caught:
+    with pytest.raises(cc.errors.ArgumentError) as caught:
         cc.allocate(
             study,
             {
@@ -248,22 +248,22 @@ def test_bad_input_is_told_at_once():
     ):
         with pytest.raises(ValueError, match=problem):
             cc.allocate(plain, cost, LIMIT)
-    with pytest.raises(TypeError, match="must be a function"):
+    with pytest.raises(cc.errors.ArgumentTypeError):
         cc.allocate(plain, {"a": 3.0}, LIMIT)
-    with pytest.raises(TypeError, match="must be a Study"):
+    with pytest.raises(cc.errors.ArgumentTypeError):
         cc.allocate(stack, COST, LIMIT)
     ended = cc.Study(stack, {name: cc.normal(0.0, 0.01) for name in "abc"}, max_seconds=1.0)
     with pytest.raises(ValueError, match="max_seconds"):
         cc.allocate(ended, COST, LIMIT)
-    with pytest.raises(ValueError, match="give some"):
+    with pytest.raises(cc.errors.ArgumentError):
         cc.allocate(plain, COST)
-    with pytest.raises(ValueError, match="is never met") as caught:
+    with pytest.raises(cc.errors.ArgumentError) as caught:
         cc.allocate(
             plain, COST, {"far": cc.require("gap", above=9.0), "farther": cc.require("gap", below=-9.0)}
         )
     assert "farther" in str(caught.value)
     inches = cc.Study(stack, {name: cc.normal(0.1, 1e-5) for name in "abc"}, units={"a": "N"})
-    with pytest.raises(ValueError, match="is in N"):
+    with pytest.raises(cc.errors.ArgumentError):
         cc.allocate(inches, {"a": {"IT7": 1.0}}, LIMIT)
-    with pytest.raises(ValueError, match="not of the dimension"):
+    with pytest.raises(cc.errors.ArgumentError):
         cc.allocate(inches, {"a": {"7 um": 1.0}}, LIMIT)

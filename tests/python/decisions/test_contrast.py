@@ -95,14 +95,14 @@ def test_pictures_and_bad_input():
     ax = cc.contrast(wide, narrow, runs=50)["play"].plot()
     assert ax.get_xlabel() == "change of play"
     plain = cc.Study(lambda gap: {"size": gap}, {"gap": cc.Interval(10.0, 10.1)})
-    with pytest.raises(ValueError, match="no feature in common"):
+    with pytest.raises(cc.errors.ArgumentError):
         cc.contrast(wide, plain)
-    with pytest.raises(ValueError, match="runs must be") as caught:
+    with pytest.raises(ValueError, match="runs") as caught:
         cc.contrast(wide, narrow, {"a": cc.require("play", above=0.0)}, 2, confidence=1.5)
     assert "confidence" in str(caught.value)
-    with pytest.raises(TypeError, match="must be studies"):
+    with pytest.raises(cc.errors.ArgumentTypeError):
         cc.contrast(wide, "narrow")
-    with pytest.raises(ValueError, match="unknown output or feature"):
+    with pytest.raises(cc.errors.ArgumentError):
         cc.contrast(wide, narrow, {"a": cc.require("plai", above=0.0)})
     failing = cc.Study(lambda gap: {"play": gap} if gap < 0.5 else 1 / 0, {"gap": cc.Interval(0.0, 1.0)})
     found = cc.contrast(failing, failing, {"a": cc.require("play", above=-1.0)}, 40)

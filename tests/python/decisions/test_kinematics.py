@@ -133,11 +133,11 @@ def test_a_prescribed_motion_is_simulated_for_a_revolution():
         cc.simulate,
         lambda scene, **how: cc.Study(lambda x: scene, {"x": cc.Interval(0, 1)}, **how),
     ):
-        with pytest.raises(TypeError, match="duration is missing"):
+        with pytest.raises(TypeError, match="duration"):
             call(loose, samples=73)
-    with pytest.raises(ValueError, match="lacks positions"):
+    with pytest.raises(cc.errors.ArgumentError):
         cc.features.transmission_angles(cc.simulate(four_bar(), samples=3, outputs=["rocker.angle"]))
-    with pytest.raises(ValueError, match="no coupler"):
+    with pytest.raises(cc.errors.ArgumentError):
         cc.features.least_transmission_angle(
             cc.simulate(cc.mechanisms.pendulum_in_bearing(), duration=0.01, samples=3)
         )

@@ -125,7 +125,7 @@ class TestBadInput:
 
     def test_mechanisms(self):
         pendulum = cc.mechanisms.pendulum_in_bearing()
-        with pytest.raises(ValueError, match="one drive at constant speed, got 0"):
+        with pytest.raises(cc.errors.ArgumentError):
             cc.lost_motion(pendulum, pendulum.bodies[0].name)
-        with pytest.raises(TypeError, match="must be a Scene"):
+        with pytest.raises(cc.errors.ArgumentTypeError):
             cc.lost_motion(3, "slider")

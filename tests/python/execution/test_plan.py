@@ -33,11 +33,11 @@ def test_a_plan_counts_what_a_method_will_simulate():
     plan = small.plan("sample", runs=1000)
     assert plan.runs == 1001 and 12 <= plan.probes < plan.runs
     assert 1001 * 51 * 8 < plan.disk < 1.5 * 1001 * 51 * 8
-    with pytest.raises(ValueError, match="method must be"):
+    with pytest.raises(ValueError, match="method"):
         small.plan("guess")
     own = cc.Study(lambda a: {"t": [0.0, 1.0], "x": [a, 0.0]}, {"a": cc.Interval(1.0, 2.0)})
     assert own.plan("sample", runs=1000).runs == 1001 and own.plan(runs=9, probes=2).probes == 2
-    with pytest.raises(ValueError, match="nothing to be planned"):
+    with pytest.raises(cc.errors.ArgumentError):
         cc.Study.from_runs({"a": [1.0, 2.0, 3.0]}, None, {"x": [1.0, 2.0, 3.0]}).plan()
 
 

@@ -210,10 +210,10 @@ def test_any_scene_can_be_drawn(name, tmp_path):
 
 
 def test_scenes_that_cannot_be_assembled_and_wrong_factors_are_refused(ax):
-    with pytest.raises(cc.errors.SceneError, match="cannot be assembled"):
+    with pytest.raises(cc.errors.SceneError):
         cc.plots.plot_scene(cc.mechanisms.slider_crank(rod_length=0.03, crank_angle=1.5), ax=ax)
     for factor, error in ((0.0, ValueError), (math.inf, ValueError), ("10", TypeError)):
-        with pytest.raises(error, match="exaggerate must be a finite number > 0"):
+        with pytest.raises(error, match="exaggerate"):
             cc.plots.plot_scene(cc.mechanisms.slider_crank(), exaggerate=factor)
 
 

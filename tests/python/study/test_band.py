@@ -109,7 +109,7 @@ def test_ranges_take_the_threads_they_are_given(planet, monkeypatch):
         band.monotone("gravity", threads=threads)
         band.interval_share("gravity", threads=threads)
     assert asked == 5 * [None] + 5 * [2]
-    with pytest.raises(ValueError, match="threads must be a whole number >= 1, got 0"):
+    with pytest.raises(ValueError, match="threads"):
         band.worst("upper", threads=0)
 
 
@@ -132,7 +132,7 @@ def test_impacts_are_calibrated_and_say_so(wrist):
     assert force.margin.window > 0.0 and force.margin.degree is None and math.isnan(force.margin.error)
     assert np.all(force.lower <= force.hull[0]) and np.all(force.upper >= force.hull[1])
     for use in (lambda: force.sensitivity("rod_length"), lambda: force.evaluate(**{})):
-        with pytest.raises(ValueError, match="has no polynomial"):
+        with pytest.raises(cc.errors.ArgumentError):
             use()
 
 
@@ -230,7 +230,7 @@ def test_a_table_of_finished_runs_takes_part():
     assert result["block.y"].verdict == "resolved"
     np.testing.assert_allclose(result["block.y"].upper, height(t, 8.0, 0.3), atol=0.02)
     wider = cc.Study(faller, PLANET | {"tilt": cc.Interval(0.2, 1.3)}, ["block.y", "block.vy"], **TIME)
-    with pytest.raises(ValueError, match=r"include\[0\] has runs outside of the intervals"):
+    with pytest.raises(ValueError, match=r"include\[0\]"):
         study.band(12, include=wider.scan(2))
 
 
@@ -251,7 +251,7 @@ def test_results_are_values(wrist, tmp_path):
 
 def test_too_few_runs_are_told():
     study = wrist_study(samples=61)
-    with pytest.warns(cc.ChebclearWarning, match="undersampled: 5 runs cannot verify that 99.9 %") as told:
+    with pytest.warns(cc.ChebclearWarning, match=r"5.*99.9") as told:
         result = study.band(5)
     assert {one.filename for one in told} == {__file__}
     assert result["wrist.normal_force"].verdict == "undersampled"
@@ -294,7 +294,7 @@ def test_included_runs_at_points_of_the_band_count_once():
     # Included runs may be on a grid: no statement on a further run is made of features of all of them.
     mixed = study.band(21, include=study.scan(3))
     assert len(mixed.parameters) == 30 and np.isnan(mixed.features["f"].interval.whole_run)
-    with pytest.raises(ValueError, match="runs on a grid"):
+    with pytest.raises(cc.errors.ArgumentError):
         mixed.features["f"].quantile(0.5)
 
 
@@ -304,9 +304,9 @@ def test_included_runs_of_another_model_are_told():
     study, other = (
         cc.Study(lambda a, c: {"t": t, "x": np.sin(3.0 * t + a) * c}, box, fixed={"c": c}) for c in (1.0, 2.0)
     )
-    with pytest.warns(cc.ChebclearWarning, match=r"include\[0\] has other values at the midpoint"):
+    with pytest.warns(cc.ChebclearWarning, match=r"include\[0\]"):
         study.band(21, include=other.scan(3))
-    with pytest.warns(cc.ChebclearWarning, match=r"include\[1\] has other values at the midpoint"):
+    with pytest.warns(cc.ChebclearWarning, match=r"include\[1\]"):
         study.band(21).extend(0, include=[study.scan(3), other.scan(3)])
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -415,19 +415,19 @@ def test_wrong_input_is_listed():
         study.band(2, coverage=1.0, rtol=1.0, rng=-1)
     for part in ("runs must be", "coverage must be", "rtol must be", "rng must be"):
         assert part in str(caught.value)
-    with pytest.raises(TypeError, match="include must be results"):
+    with pytest.raises(TypeError, match="include"):
         study.band(5, include=[3])
     other = cc.Study(faller, PLANET, ["block.y"], duration=0.4, samples=21).scan(2)
     with pytest.raises(ValueError) as caught:
         study.band(5, include=[other, cc.Study(faller, {"tilt": PLANET["tilt"]}, **TIME).scan(2)])
     for part in ("include[0] misses the outputs block.vy", "include[0] has other instants", "include[1]"):
         assert part in str(caught.value)
-    with pytest.raises(ValueError, match=r"only a result of Study\.band"):
+    with pytest.raises(cc.errors.ArgumentError):
         study.scan(2).extend(3)
     with pytest.raises(ValueError, match="runs must be"):
         study.band(100, max_runs=50)
     many = {f"p{index}": cc.Interval(1.0, 2.0) for index in range(33)}
-    with pytest.raises(ValueError, match="at most 32 parameters"):
+    with pytest.raises(ValueError, match="32"):
         cc.Study(lambda **given: faller(), many, ["block.y"], **TIME).band(5)
 
 
@@ -445,7 +445,7 @@ def test_polynomials_of_many_parameters():
     ahead = sparse.evaluate(point | {"p3": point["p3"] + step})
     behind = sparse.evaluate(point | {"p3": point["p3"] - step})
     np.testing.assert_allclose(sparse.derivative("p3", at=point), (ahead - behind) / (2 * step), rtol=1e-5)
-    with pytest.raises(ValueError, match="total degree 3"):
+    with pytest.raises(cc.errors.ArgumentError):
         _ = sparse.coefficients
     # Within the certified range, whose ends are taken where it says, and which Eq. (31) contains.
     found = sparse.range(threads=1)

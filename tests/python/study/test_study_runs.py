@@ -26,23 +26,23 @@ def never(**parameters):
 
 def test_thousands_of_runs_are_not_started_unasked():
     many = study(never, "abcde")
-    with pytest.raises(ValueError, match="= 100000 runs are more than max_runs = "):
+    with pytest.raises(ValueError, match="100000"):
         many.scan(10)
-    with pytest.raises(ValueError, match="= 32768 runs are more than max_runs = "):
+    with pytest.raises(ValueError, match="32768"):
         many.chebyshev(7)
     # 10^5 + 5^5 points of scans, 2^5 + ... + 6^5 roots, 100 random points and 32 corners,
     # 321 of the largest band.
-    with pytest.raises(ValueError, match="are 115778 runs, more than max_runs"):
+    with pytest.raises(ValueError, match="115778"):
         cc.study_tradeoff(many)
     for wrong in (0, 1.5, "all"):
         for start in (many.scan, many.chebyshev, partial(cc.study_tradeoff, many)):
-            with pytest.raises((ValueError, TypeError), match="max_runs must be a whole number >= 1"):
+            with pytest.raises((ValueError, TypeError), match="max_runs"):
                 start(max_runs=wrong)
 
 
 def test_runs_that_are_asked_for_are_started():
     few = study(names="ab")
-    with pytest.raises(ValueError, match="= 9 runs are more than max_runs"):
+    with pytest.raises(cc.errors.ArgumentError):
         few.scan(3, max_runs=8)
     assert len(few.scan(3, max_runs=9).parameters) == 9
     assert len(few.chebyshev(2, max_runs=9).parameters) == 12

@@ -78,7 +78,7 @@ def test_the_cheapest_bounds_that_are_good_enough_are_taken(fall):
     # Too narrow by 1 - cos(pi / 6) and 1 - cos(pi / 4).
     text = str(sampled.recommendation(0.01, containment=0.5))
     assert "; the nearest: sampled bounds of degree 2 with 4 runs" in text and "13 % too narrow" in text
-    with pytest.raises(ValueError, match="containment must be"):
+    with pytest.raises(ValueError, match="containment"):
         fall.recommendation(containment=1.5)
 
 
@@ -120,7 +120,7 @@ def test_study_results_are_tables_plots_and_values(fall):
     ax = fall.plot("block.vy")
     labels = [text.get_text() for text in ax.get_legend().get_texts()]
     assert labels == ["interval", "polynomial", "sampled", "scan"]
-    with pytest.raises(KeyError, match="unknown column"):
+    with pytest.raises(KeyError):
         fall.plot("block.v")
 
 
@@ -159,11 +159,11 @@ def test_wrong_arguments_of_a_study_are_listed_together():
         cc.study_tradeoff(study, degrees=[0], points="5", holdout=1, rng=-1)
     words = [line.split()[0] for line in str(caught.value).splitlines()]
     assert words == ["rng", "degrees[0]", "points", "holdout"]
-    with pytest.raises(ValueError, match="must not all be empty"):
+    with pytest.raises(cc.errors.ArgumentError):
         cc.study_tradeoff(study, degrees=[], points=[], **GRIDS)
     wide = {name: cc.Interval(1.0, 2.0) for name in "abcdefg"}
     many = cc.Study(lambda **given: faller(9.81), wide, ["block.y"], duration=0.5, samples=11)
-    with pytest.raises(ValueError, match="at most 1000000 runs"):
+    with pytest.raises(ValueError, match="1000000"):
         cc.study_tradeoff(many, degrees=[9])
 
 

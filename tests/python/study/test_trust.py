@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from chebclear.study.band.gridded import fit_error, judged
 from chebclear.study.polynomials.surrogate import chebyshev_grid
+from notices import codes
 
 PLANE = {"a": cc.Interval(2.0, 6.0), "b": cc.Interval(-1e-3, 3e-3)}
 MIDDLE = {name: side.midpoint for name, side in PLANE.items()}
@@ -93,9 +94,9 @@ def test_bounds_range_is_the_default_and_never_wider_than_equation_31():
     band, wide = result["slider.x"], paper["slider.x"]
     assert np.all(band.lower >= wide.lower - 1e-12) and np.all(band.upper <= wide.upper + 1e-12)
     assert band.max_width < wide.max_width
-    with pytest.raises(ValueError, match="at most 30 for certified ranges, got 31"):
+    with pytest.raises(ValueError, match=r"30.*31"):
         study.chebyshev(31)
-    with pytest.raises(ValueError, match='bounds must be one of "range", "eq31"'):
+    with pytest.raises(ValueError, match=r'"range".*"eq31"'):
         study.chebyshev(2, bounds="eq30")
 
 
@@ -111,13 +112,10 @@ def test_the_toggle_press_is_not_resolved():
     press = cc.load(Path(__file__).parents[3] / "examples" / "toggle_press.toml")
     box = {name: press.intervals[name] for name in ("upper_length", "bearing_distance")}
     study = cc.Study(press, box, ["ram.y", "knee.normal_force"], duration=0.06, samples=121, rtol=1e-5)
-    with pytest.warns(cc.ChebclearWarning) as caught:
+    with pytest.warns(cc.ChebclearWarning):
         result = study.chebyshev(degree=2)
-    told = [str(warning.message) for warning in caught if "not resolved" in str(warning.message)]
-    assert (
-        len(told) == 1 and told[0].startswith("not resolved: knee.normal_force: ") and "kind band" in told[0]
-    )
-    assert told[0] in result.warnings
+    (doubt,) = (notice for notice in result.notices if notice.code == "not_resolved")
+    assert doubt.about == ("knee.normal_force",)
     assert result["ram.y"].verdict == "resolved"
     assert result["knee.normal_force"].verdict == "not resolved"
     for ask in (
@@ -127,7 +125,7 @@ def test_the_toggle_press_is_not_resolved():
         lambda band: band.interval_share("upper_length"),
         lambda band: band.variance_shares(),
     ):
-        with pytest.warns(cc.ChebclearWarning, match=r"knee\.normal_force is not resolved: .*features"):
+        with pytest.warns(cc.ChebclearWarning, match=r"knee\.normal_force"):
             ask(result["knee.normal_force"])
         with warnings.catch_warnings():
             warnings.simplefilter("error")
@@ -209,7 +207,7 @@ def test_nothing_is_bounded_that_is_not_finite():
     surrogate = cc.results.Surrogate(
         {"a": cc.Interval(0.0, 1.0)}, (1,), np.array([[0.0, 1.0], [1.0, np.nan]])
     )
-    with pytest.raises(ValueError, match="column 1 has a coefficient NaN"):
+    with pytest.raises(ValueError):
         surrogate.range()
 
 
@@ -237,7 +235,7 @@ def test_restraint_zones_are_where_the_sensitivity_is_calm():
     with pytest.raises(ValueError) as caught:
         cc.restraint_zones(band(ideal), band(ideal), "a", window=1e-4, threshold=2.0)
     assert "window must be" in str(caught.value) and "threshold must be" in str(caught.value)
-    with pytest.raises(TypeError, match="ideal must be a Band"):
+    with pytest.raises(TypeError, match="ideal"):
         cc.restraint_zones(band(ideal), None, "a", window=0.02)
 
 
@@ -249,7 +247,7 @@ def test_quantiles_at_the_worst_of_the_intervals():
     band = band_of(response, 5)
     # Of 20,000 draws 500 are in each tail; two standard errors are 44. Stratified draws scatter less.
     least, most = 500.0 / 20_000.0, (500.0 - 44.2) / 20_000.0
-    with pytest.raises(ValueError, match=r"takes .* draws, more than 1000000: ask for less"):
+    with pytest.raises(ValueError, match="1000000"):
         band.quantiles({"a": cc.uniform(2.0, 6.0)}, probability=1.0 - 1e-12)
     # a in [2, 6] is x = (a - 4) / 2. Uniform over all of it: quantiles of 2 x are ±1.9, then y adds ±1.
     even = band.quantiles({"a": cc.uniform(2.0, 6.0)}, probability=0.95, draws=20_000)
@@ -276,9 +274,9 @@ def test_quantiles_at_the_worst_of_the_intervals():
         band.quantiles({"a": cc.normal(4.0, 1.0), "c": cc.uniform(0, 1)}, probability=1.0, draws=5)
     for words in ('random["a"] reaches from 1.0 to 7.0, beyond', 'unknown parameter "c"', "probability must"):
         assert words in str(caught.value)
-    with pytest.raises(ValueError, match="draws must be a whole number >= 160"):
+    with pytest.raises(ValueError, match="draws"):
         band.quantiles({"a": cc.uniform(2.0, 6.0)}, draws=159)
-    with pytest.raises(TypeError, match=r"must be a distribution, such as normal\(...\)"):
+    with pytest.raises(cc.errors.ArgumentTypeError):
         band.quantiles({"a": cc.Interval(2.0, 6.0)})
 
 
@@ -329,7 +327,7 @@ def test_a_parameter_whose_effect_is_below_the_error_has_no_certain_slope():
     band = study.band(41)["y"]
     assert band.verdict == "resolved" and np.all(band.monotone("a") == 1)
     for ask in (band.sensitivity, band.sensitivity_range, band.monotone):
-        with pytest.warns(cc.ChebclearWarning, match="what b does is below the error"):
+        with pytest.warns(cc.ChebclearWarning):
             found = ask("b")
     assert not found.any()
     assert band.sensitivity("a").mean() == pytest.approx(1.5, rel=0.05)
@@ -356,7 +354,7 @@ def test_slopes_at_the_boundaries_are_doubted_where_the_degree_is_high_for_the_e
     # Slopes of 1 and -1, of which the polynomial makes up to 2.7.
     assert kink.verdict == "resolved" and max(kink.polynomial_slope("x", at={"x": [-1.0, 1.0]})[:, 0]) > 1.5
     for ask in (lambda band: band.sensitivity_range("x"), lambda band: band.sensitivity("x", at={"x": 1.0})):
-        with pytest.warns(cc.ChebclearWarning, match="near the boundaries of the box"):
+        with pytest.warns(cc.ChebclearWarning):
             ask(kink)
     smooth = cc.Study(lambda x: {"t": t, "y": np.full(3, np.exp(x))}, box).band(81)["y"]
     with warnings.catch_warnings():
@@ -366,6 +364,7 @@ def test_slopes_at_the_boundaries_are_doubted_where_the_degree_is_high_for_the_e
         smooth.sensitivity_range("x"), smooth.sensitivity("x", at={"x": 1.0})
 
 
+@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 def test_without_freedom_left_by_failed_runs_nothing_is_resolved():
     # Two known nodes determine a line, whatever the response is: the missing ones follow from it. The error
     # is that of a constant, and one node has not even that.
@@ -379,19 +378,15 @@ def test_without_freedom_left_by_failed_runs_nothing_is_resolved():
 
     box = {"x": cc.Interval(-1.0, 1.0)}
     for function in (np.square, np.sin, lambda x: abs(x - 0.2), lambda x: 3.0 * x):
-        with pytest.warns(cc.ChebclearWarning, match="not resolved"):
-            band = cc.Study(failing(function, 0.5), box).chebyshev(degree=2)["y"]
-        assert band.verdict == "not resolved" and band.margin.error >= 1.0
-        with pytest.warns(cc.ChebclearWarning, match="cannot be told from so few"):
-            band = cc.Study(failing(function, 0.5), box).chebyshev(degree=1)["y"]
-        assert band.verdict == "not resolved" and band.margin.error == np.inf
+        for degree, least in ((2, 1.0), (1, np.inf)):
+            result = cc.Study(failing(function, 0.5), box).chebyshev(degree=degree)
+            assert codes(result) == {"failed", "not_resolved", "holes"}
+            assert result["y"].verdict == "not resolved" and result["y"].margin.error >= least
     # Five of seven nodes leave the quadratic term and its check, but a part of the box without a run.
-    with pytest.warns(cc.ChebclearWarning, match="not resolved: y: more than 5 % of the runs failed"):
-        band = cc.Study(failing(np.square, 0.7), box).chebyshev(degree=6)["y"]
-    assert band.verdict == "not resolved" and band.margin.error <= 1e-12
-    with pytest.warns(cc.ChebclearWarning, match="holes"):
-        band = cc.Study(failing(np.square, 0.997), box).chebyshev(degree=6, nodes=30)["y"]
-    assert band.verdict == "resolved" and band.margin.error <= 1e-12
+    for limit, nodes, verdict in ((0.7, 7, "not resolved"), (0.997, 30, "resolved")):
+        result = cc.Study(failing(np.square, limit), box).chebyshev(degree=6, nodes=nodes)
+        assert codes(result) - {"not_resolved"} == {"failed", "holes"}
+        assert result["y"].verdict == verdict and result["y"].margin.error <= 1e-12
 
 
 @pytest.mark.parametrize(
@@ -433,7 +428,7 @@ def test_instants_at_which_a_resolved_polynomial_is_wrong_are_told():
     for band in (study.band(81)["y"], study.chebyshev(degree=3)["y"]):
         assert band.verdict == "resolved"
         for ask in (lambda band=band: band.sensitivity("x"), lambda band=band: band.worst("lower")):
-            with pytest.warns(cc.ChebclearWarning, match="at 1 of 101 instants, such as t = 0.5 s"):
+            with pytest.warns(cc.ChebclearWarning, match=r"1.*101.*0.5"):
                 ask()
 
 
@@ -459,12 +454,12 @@ def test_wrong_shapes_and_missing_tensors_are_typed():
     band = cc.Study(lambda **p: {"t": t, "y": np.full(3, np.exp(0.05 * sum(p.values())))}, box).band(161)["y"]
     assert band.verdict == "resolved"
     for ask in (band.variance_shares, lambda: band.quantiles({"p0": cc.uniform(-1.0, 1.0)})):
-        with pytest.raises(cc.errors.ArgumentError, match="neither variance shares nor quantiles"):
+        with pytest.raises(cc.errors.ArgumentError):
             ask()
     others = dict.fromkeys(list(box)[2:], 0.0)
-    with pytest.raises(cc.errors.ArgumentError, match="broadcast together"):
+    with pytest.raises(cc.errors.ArgumentError):
         band.evaluate(p0=[1.0, 0.5], p1=[1.0, 0.5, 0.2], **others)
-    with pytest.raises(TypeError, match="p0 must be a number"):
+    with pytest.raises(cc.errors.ArgumentTypeError):
         band.evaluate(p0=[[1.0, 0.5], [0.0]], p1=0.0, **others)
     with pytest.raises(cc.errors.ArgumentError, match="window"):
         band.envelope(-1.0)
@@ -491,7 +486,7 @@ def test_instants_at_which_an_interpolating_polynomial_is_off_are_told():
 
     band = cc.Study(step, box).chebyshev(degree=4)["y"]
     assert band.verdict == "resolved"
-    with pytest.warns(cc.ChebclearWarning, match=r"y: at 1 of 51 instants, such as t = 0\.5 s"):
+    with pytest.warns(cc.ChebclearWarning, match=r"1.*51.*0\.5"):
         band.sensitivity("a")
 
 

