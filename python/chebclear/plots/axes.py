@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.units import UnitError, convert
 from ..errors import ArgumentError, ArgumentTypeError
 
 if TYPE_CHECKING:
@@ -18,18 +19,6 @@ Array = NDArray[np.float64]
 # Paul Tol's bright scheme, whose colors color-blind readers can distinguish, not by hue alone.
 COLORS = ("#4477AA", "#EE6677", "#228833", "#CCBB44", "#AA3377", "#66CCEE")
 MARKERS = "osD^vP*X"
-
-# (unit asked for, SI unit) -> what one SI unit is in the unit asked for.
-_CONVERSIONS = {
-    ("mm", "m"): 1e3,
-    ("µm", "m"): 1e6,
-    ("mm/s", "m/s"): 1e3,
-    ("km/s²", "m/s²"): 1e-3,
-    ("deg", "rad"): 180.0 / np.pi,
-    ("deg/s", "rad/s"): 180.0 / np.pi,
-    ("kN", "N"): 1e-3,
-    ("ms", "s"): 1e3,
-}
 
 
 def new_axes(ax: Axes | None) -> Axes:
@@ -58,23 +47,8 @@ def line_style(given: dict[str, Any], **defaults: Any) -> dict[str, Any]:
 
 
 def unit_scale(si_unit: str, unit: str | None) -> tuple[float, str]:
-    """Factor from the SI unit to the unit asked for, and the unit to show.
-
-    Parameters
-    ----------
-    si_unit : str
-        Unit of the data.
-    unit : str or None
-        Unit to show; the SI unit if None.
-
-    Returns
-    -------
-    float, str
-
-    Raises
-    ------
-    ValueError
-        If the unit does not fit.
+    """Factor from the SI unit to the unit asked for, and the unit to show; an ArgumentError if it does not
+    fit.
 
     Examples
     --------
@@ -89,10 +63,10 @@ def unit_scale(si_unit: str, unit: str | None) -> tuple[float, str]:
             'units={"NAME": "UNIT"}'
         )
     try:
-        return _CONVERSIONS[unit, si_unit], unit
-    except (KeyError, TypeError):  # or a unit that is no text at all
-        known = ", ".join([si_unit, *(shown for shown, base in _CONVERSIONS if base == si_unit)])
-        raise ArgumentError(f"unit must be one of {known} for a column in {si_unit}, got {unit!r}") from None
+        asked = convert(f"1 {unit}", si_unit)
+        return convert(f"1 {si_unit}", str(unit)) / asked, str(unit)
+    except UnitError as error:
+        raise ArgumentError(f"unit={unit!r} of data in {si_unit}: {error}") from None
 
 
 def abscissa_of(x: object, samples: int) -> Array:

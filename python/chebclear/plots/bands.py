@@ -105,14 +105,8 @@ def plot_band(
     Examples
     --------
     >>> import chebclear as cc
-    >>> study = cc.Study(
-    ...     cc.mechanisms.slider_crank,
-    ...     {"rod_length": cc.Interval.around(0.12, rel=0.01)},
-    ...     outputs=["slider.x"],
-    ...     duration=0.005,
-    ...     samples=21,
-    ...     skip=0.03,
-    ... )
+    >>> side = {"rod_length": cc.Interval.around(0.12, rel=0.01)}
+    >>> study = cc.Study(cc.mechanisms.slider_crank, side, outputs=["slider.x"], duration=0.01, samples=21)
     >>> ax = cc.plots.plot_band(study.band(runs=12)["slider.x"])
     """
     require("band", band, "Band")
@@ -337,14 +331,8 @@ def plot_sensitivity(
     Examples
     --------
     >>> import chebclear as cc
-    >>> study = cc.Study(
-    ...     cc.mechanisms.slider_crank,
-    ...     {"rod_length": cc.Interval.around(0.12, rel=0.01)},
-    ...     outputs=["slider.x"],
-    ...     duration=0.005,
-    ...     samples=21,
-    ...     skip=0.03,
-    ... )
+    >>> side = {"rod_length": cc.Interval.around(0.12, rel=0.01)}
+    >>> study = cc.Study(cc.mechanisms.slider_crank, side, outputs=["slider.x"], duration=0.01, samples=21)
     >>> ax = cc.plots.plot_sensitivity(study.chebyshev(degree=2)["slider.x"], "rod_length")
     """
     require("band", band, "Band")

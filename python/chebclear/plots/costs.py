@@ -186,14 +186,8 @@ def plot_study_tradeoff(
     Examples
     --------
     >>> import chebclear as cc
-    >>> study = cc.Study(
-    ...     cc.mechanisms.slider_crank,
-    ...     {"rod_length": cc.Interval.around(0.12, rel=0.01)},
-    ...     outputs=["slider.x"],
-    ...     duration=0.005,
-    ...     samples=21,
-    ...     skip=0.03,
-    ... )
+    >>> side = {"rod_length": cc.Interval.around(0.12, rel=0.01)}
+    >>> study = cc.Study(cc.mechanisms.slider_crank, side, outputs=["slider.x"], duration=0.01, samples=21)
     >>> ax = cc.plots.plot_study_tradeoff(cc.study_tradeoff(study, degrees=[1, 2], points=[3], holdout=5))
     """
     require("result", result, "StudyTradeoff")

@@ -73,16 +73,9 @@ def plot_tornado(
     Examples
     --------
     >>> import chebclear as cc
-    >>> study = cc.Study(
-    ...     cc.mechanisms.slider_crank,
-    ...     {"rod_length": cc.Interval.around(0.12, rel=0.01)},
-    ...     outputs=[],
-    ...     features={"mean force": cc.features.mean("wrist.normal_force")},
-    ...     duration=0.005,
-    ...     samples=21,
-    ...     skip=0.03,
-    ... )
-    >>> ax = cc.plots.plot_tornado(study.sample(20).features["mean force"], unit="N")
+    >>> box = {"radius": cc.Interval(1.0, 2.0), "load": cc.Interval(3.0, 5.0)}
+    >>> study = cc.Study(lambda radius, load: {"torque": radius * load}, box, units={"torque": "N m"})
+    >>> ax = cc.plots.plot_tornado(study.sample(20).features["torque"])
     """
     require("feature", feature, "FeatureResult")
     checks = Checks()
@@ -190,16 +183,9 @@ def plot_shares(effects: Effects | FeatureResult | Ranking, *, ax: Axes | None =
     Examples
     --------
     >>> import chebclear as cc
-    >>> study = cc.Study(
-    ...     cc.mechanisms.slider_crank,
-    ...     {"rod_length": cc.Interval.around(0.12, rel=0.01)},
-    ...     outputs=[],
-    ...     features={"mean force": cc.features.mean("wrist.normal_force")},
-    ...     duration=0.005,
-    ...     samples=21,
-    ...     skip=0.03,
-    ... )
-    >>> ax = cc.plots.plot_shares(study.sample(20).ranking("mean force"))
+    >>> box = {"radius": cc.Interval(1.0, 2.0), "load": cc.Interval(3.0, 5.0)}
+    >>> study = cc.Study(lambda radius, load: {"torque": radius * load}, box, units={"torque": "N m"})
+    >>> ax = cc.plots.plot_shares(study.sample(20).ranking("torque"))
     """
     found: Any = getattr(effects, "effects", effects)
     if not is_a(found, "Effects"):
@@ -240,16 +226,9 @@ def plot_ranking(ranking: Ranking, *, ax: Axes | None = None, **bars: Any) -> Ax
     Examples
     --------
     >>> import chebclear as cc
-    >>> study = cc.Study(
-    ...     cc.mechanisms.slider_crank,
-    ...     {"rod_length": cc.Interval.around(0.12, rel=0.01)},
-    ...     outputs=[],
-    ...     features={"mean force": cc.features.mean("wrist.normal_force")},
-    ...     duration=0.005,
-    ...     samples=21,
-    ...     skip=0.03,
-    ... )
-    >>> ax = cc.plots.plot_ranking(study.sample(20).ranking("mean force"))
+    >>> box = {"radius": cc.Interval(1.0, 2.0), "load": cc.Interval(3.0, 5.0)}
+    >>> study = cc.Study(lambda radius, load: {"torque": radius * load}, box, units={"torque": "N m"})
+    >>> ax = cc.plots.plot_ranking(study.sample(20).ranking("torque"))
     """
     require("ranking", ranking, "Ranking")
     ax = new_axes(ax)

@@ -52,14 +52,8 @@ def plot_coefficients(band: Band, *, ax: Axes | None = None, **line: Any) -> Axe
     Examples
     --------
     >>> import chebclear as cc
-    >>> study = cc.Study(
-    ...     cc.mechanisms.slider_crank,
-    ...     {"rod_length": cc.Interval.around(0.12, rel=0.01)},
-    ...     outputs=["slider.x"],
-    ...     duration=0.005,
-    ...     samples=21,
-    ...     skip=0.03,
-    ... )
+    >>> side = {"rod_length": cc.Interval.around(0.12, rel=0.01)}
+    >>> study = cc.Study(cc.mechanisms.slider_crank, side, outputs=["slider.x"], duration=0.01, samples=21)
     >>> ax = cc.plots.plot_coefficients(study.chebyshev(degree=3)["slider.x"])
     """
     require("band", band, "Band")
@@ -120,14 +114,8 @@ def plot_prediction(
     Examples
     --------
     >>> import chebclear as cc
-    >>> study = cc.Study(
-    ...     cc.mechanisms.slider_crank,
-    ...     {"rod_length": cc.Interval.around(0.12, rel=0.01)},
-    ...     outputs=["slider.x"],
-    ...     duration=0.005,
-    ...     samples=21,
-    ...     skip=0.03,
-    ... )
+    >>> side = {"rod_length": cc.Interval.around(0.12, rel=0.01)}
+    >>> study = cc.Study(cc.mechanisms.slider_crank, side, outputs=["slider.x"], duration=0.01, samples=21)
     >>> ax = cc.plots.plot_prediction(study.chebyshev(degree=2)["slider.x"], study.scan(5)["slider.x"])
     """
     require("band", band, "Band")

@@ -286,25 +286,9 @@ def plot_poincare(
 
 
 def section_samples(run: Trajectory, period: float | None, shift: float = 0.0) -> NDArray[np.int64]:
-    """Indices of the samples of a run that are whole periods apart.
+    """Indices of the samples of a run that are whole periods [s] apart, from a shift [s] on.
 
-    Parameters
-    ----------
-    run : Trajectory
-        The run.
-    period : float or None
-        The period [s]; that of the scene if None.
-    shift : float
-        Time from the first sample to the first one taken [s].
-
-    Returns
-    -------
-    ndarray of int
-
-    Raises
-    ------
-    ValueError
-        If the samples do not fall on them.
+    The period is that of the scene if None. An ArgumentError if no samples lie there.
     """
     checks = Checks()
     period = run.scene.period if period is None else checks.real("period", period, "s", above=0.0)

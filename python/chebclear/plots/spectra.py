@@ -29,35 +29,12 @@ def short_time_spectrum(
 ) -> tuple[Array, Array, Array]:
     """Amplitude of a signal by time and frequency: Fourier transforms of short overlapping pieces.
 
-    Each piece loses its mean, is weighted by a Hann window and padded with zeros to four times its length,
-    which only makes the picture finer. The resolution is about ``2 / window`` in frequency and ``window /
-    2`` in time.
-
-    Parameters
-    ----------
-    t : ndarray, shape (samples,)
-        Equally spaced instants [s].
-    signal : ndarray, shape (samples,)
-        The signal, in any unit.
-    window : float
-        Length of a piece [s].
-    overlap : float
-        Share of a piece that it has in common with the next one [-], at least 0 and below 1.
-
-    Returns
-    -------
-    centers : ndarray, shape (pieces,)
-        Middle of each piece [s].
-    frequencies : ndarray, shape (bins,)
-        Frequencies [Hz], up to half the sampling rate. What the signal holds above that is folded down into
-        the picture: sample finely enough.
-    amplitude : ndarray, shape (bins, pieces)
-        Amplitude in the unit of the signal: a sine of amplitude A gives a ridge of height A.
-
-    Raises
-    ------
-    ValueError, TypeError
-        If the window holds fewer than 8 samples or is longer than the signal, or the overlap is out of range.
+    Instants are equally spaced [s]; `window` is the length of a piece [s], `overlap` the share that it has in
+    common with the next one. Each piece loses its mean, is weighted by a Hann window and padded with zeros to
+    four times its length, which only makes the picture finer. The resolution is about ``2 / window`` in
+    frequency and ``window / 2`` in time. Returned are the middle of each piece [s], the frequencies [Hz] up
+    to half the sampling rate, into which what is above is folded down, and the amplitude, shape (bins,
+    pieces): a sine of amplitude A gives a ridge of height A.
     """
     checks = Checks()
     window = checks.real("window", window, "s", above=0.0)

@@ -152,7 +152,7 @@ def test_numbers_and_abscissas(run, result):
             r"x must be 201 numbers, one for each",
             lambda: cc.plots.plot_trajectory(run, "slider.x", x="angle"),
         ),
-        (r"unit must be one of m, mm, µm", lambda: cc.plots.plot_trajectory(run, "slider.x", unit=["mm"])),
+        (r"unit=\[.mm.\] of data in m", lambda: cc.plots.plot_trajectory(run, "slider.x", unit=["mm"])),
         (r"ax must be an Axes of matplotlib, got Figure", lambda: cc.plots.plot_band(band, ax=Figure())),
         (r"size must be a width and a height above 0 \[inch\]", lambda: cc.animate(run, size=3)),
     ):

@@ -95,26 +95,8 @@ def motion_of(
     joint: str | None,
     output: str,
 ) -> Motion:
-    """Prepare an animation.
-
-    Parameters
-    ----------
-    run : Trajectory
-        The run.
-    poses : ndarray, shape (samples of the run, bodies, 3)
-        Origins and angles of all bodies.
-    samples : ndarray of int
-        Samples of the run that are shown.
-    frames : ndarray of int
-        Which of them are frames.
-    joint : str or None
-        The clearance joint that is magnified.
-    output : str
-        Name of a column of the run.
-
-    Returns
-    -------
-    Motion
+    """Some samples of a run, of which some are frames, with the clearance joint and the output that are
+    shown.
     """
     moving = moving_mechanism(run.scene, poses[samples[frames]])
     return Motion(

@@ -158,8 +158,7 @@ def plot_poses(scene: Scene, poses: Sequence[Array], *, ax: Axes | None = None) 
     for place, pose in enumerate(poses):
         for artist in put_on(ax, strokes_of(Pose(scene, pose)).strokes):
             if place:
-                artist.set_alpha(_FADED)  # type: ignore[attr-defined]
-                artist.set_zorder(0.5)  # type: ignore[attr-defined]
+                artist.set(alpha=_FADED, zorder=0.5)
     _frame(ax)
     return ax
 

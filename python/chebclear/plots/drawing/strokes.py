@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...base.units import unit
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
@@ -44,40 +45,20 @@ class Stroke:
     """Radius of a disc [m]."""
 
 
-def put_on(ax: Axes, strokes: Iterable[Stroke]) -> list[object]:
-    """Draw strokes on axes.
-
-    Parameters
-    ----------
-    ax : Axes
-        Where to draw.
-    strokes : iterable of Stroke
-        What to draw.
-
-    Returns
-    -------
-    list of Artist
-        One artist for each stroke.
-    """
-    return [_put(ax, stroke) for stroke in strokes]
-
-
-def _put(ax: Axes, stroke: Stroke) -> object:
+def put_on(ax: Axes, strokes: Iterable[Stroke]) -> list[Artist]:
+    """Draw strokes on axes, each as one artist."""
     from matplotlib.colors import to_rgba
     from matplotlib.patches import Circle, Polygon
 
-    if stroke.kind == "line":
-        x, y = stroke.points.T
-        return ax.plot(
-            x, y, color=stroke.color, linewidth=stroke.width, zorder=stroke.layer, solid_capstyle="round"
-        )[0]
-    face = "none" if stroke.face == "none" else to_rgba(stroke.face, stroke.alpha)
-    options = {
-        "facecolor": face,
-        "edgecolor": stroke.color,
-        "linewidth": stroke.width,
-        "zorder": stroke.layer,
-    }
-    if stroke.kind == "disc":
-        return ax.add_patch(Circle(tuple(stroke.points[0]), stroke.radius, **options))
-    return ax.add_patch(Polygon(stroke.points, closed=True, **options))
+    artists: list[Artist] = []
+    for stroke in strokes:
+        options: dict[str, Any] = {"linewidth": stroke.width, "zorder": stroke.layer}
+        face = "none" if stroke.face == "none" else to_rgba(stroke.face, stroke.alpha)
+        filled = options | {"facecolor": face, "edgecolor": stroke.color}
+        if stroke.kind == "line":
+            artists += ax.plot(*stroke.points.T, color=stroke.color, solid_capstyle="round", **options)
+        elif stroke.kind == "disc":
+            artists.append(ax.add_patch(Circle(tuple(stroke.points[0]), stroke.radius, **filled)))
+        else:
+            artists.append(ax.add_patch(Polygon(stroke.points, **filled)))
+    return artists
