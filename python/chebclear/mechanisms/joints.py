@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 import math
 import sys
@@ -134,6 +135,7 @@ UNITS = {
 """Units of the numbers that a mechanism takes, by their names or what these end in."""
 
 
+@functools.cache
 def unit_of(name: str) -> str:
     """Unit of an argument: ``crank_length`` is a length, ``clearance.wrist`` a clearance; empty if unknown.
 
@@ -269,19 +271,29 @@ class Pins:
     sliding: str | None = None
     impact_velocity_floor: float | None = None
 
-    @classmethod
-    def checked(
-        cls, arguments: Arguments, options: Mapping[str, Any], mechanism: Callable[..., object]
-    ) -> Pins:
-        """The pins from the keywords of a mechanism; what is wrong with them is noted."""
-        for name in options:
-            if name not in PinOptions.__annotations__:
-                known = [one for one in inspect.signature(mechanism).parameters if one != "options"]
-                raise ArgumentTypeError(f'unknown keyword "{name}"{meant_or_known(name, known)}')
-        pins = cls(**options)
-        arguments.positive(journal_radius=pins.journal_radius, young_modulus=pins.young_modulus)
-        arguments.numbers(poisson_ratio=pins.poisson_ratio, restitution=pins.restitution)
-        return pins
+
+def checked(
+    mechanism: Callable[..., Scene], given: Mapping[str, Any], *positive: str
+) -> tuple[Arguments, Pins]:
+    """The checks of the arguments of a mechanism, its first local variables, and its pins.
+
+    What has a unit must be a number; lengths, and those named, must be above 0.
+    """
+    for name in given["options"]:
+        if name not in PinOptions.__annotations__:
+            known = [one for one in inspect.signature(mechanism).parameters if one != "options"]
+            raise ArgumentTypeError(f'unknown keyword "{name}"{meant_or_known(name, known)}')
+    arguments, pins, defaults = Arguments(), Pins(**given["options"]), mechanism.__kwdefaults__ or {}
+    arguments.positive(journal_radius=pins.journal_radius, young_modulus=pins.young_modulus)
+    arguments.numbers(poisson_ratio=pins.poisson_ratio, restitution=pins.restitution)
+    for name, value in given.items():
+        # Nearly all are as they should be, and studies make thousands of scenes.
+        if type(value) is float and 0.0 < value < math.inf:
+            continue
+        if unit_of(name) and not (value is None and defaults[name] is None):
+            is_size = name in positive or name.endswith(("length", "distance"))
+            (arguments.positive if is_size else arguments.numbers)(**{name: value})
+    return arguments, pins
 
 
 def with_units(mechanism: Mechanism) -> Mechanism:
@@ -337,12 +349,14 @@ def as_mass(mass: object) -> float:
     return number if 0.0 < number < math.inf else 1.0
 
 
-def bar(name: str, points: tuple[str, str], length: float, mass: float, angle: float) -> Body:
-    """A slender uniform bar along the x axis of its frame, from the first point to the second."""
+def bar(
+    name: str, points: tuple[str, str], length: float, mass: float, angle: float, inertia: float | None = None
+) -> Body:
+    """A bar along the x axis of its frame, from the first point to the second; if uniform it is slender."""
     return Body(
         name,
         mass=mass,
-        inertia=as_mass(mass) * length * length / 12.0,
+        inertia=as_mass(mass) * length * length / 12.0 if inertia is None else inertia,
         center_of_mass=(0.5 * length, 0.0),
         points={points[0]: (0.0, 0.0), points[1]: (length, 0.0)},
         angle=angle,

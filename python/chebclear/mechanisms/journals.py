@@ -8,7 +8,7 @@ from typing import Unpack
 
 from ..base.arguments import as_number
 from ..scene.scene import Body, Gravity, Scene
-from .joints import Arguments, PinOptions, Pins, Play, with_pins
+from .joints import PinOptions, Play, checked, with_pins
 
 
 @with_pins
@@ -69,17 +69,7 @@ def pendulum_in_bearing(
     >>> pendulum_in_bearing().check().degrees_of_freedom
     3
     """
-    arguments = Arguments()
-    shared = Pins.checked(arguments, options, pendulum_in_bearing)
-    arguments.positive(
-        length=length,
-    )
-    arguments.numbers(
-        mass=mass,
-        inertia=inertia,
-        angle=angle,
-        gravity=gravity,
-    )
+    arguments, shared = checked(pendulum_in_bearing, locals())
     clearances = arguments.places(clearance_at, shared.clearance, ("pivot",))
     arguments.finish()
     play = Play(clearances, shared)
@@ -155,17 +145,8 @@ def free_journal(
     >>> free_journal().check().degrees_of_freedom
     3
     """
-    arguments = Arguments()
-    shared = Pins.checked(arguments, options, free_journal)
-    arguments.positive(mass=mass)
-    if inertia is not None:
-        arguments.numbers(inertia=inertia)
-    arguments.numbers(
-        load_x=load_x,
-        load_y=load_y,
-        gravity=gravity,
-        clearance=shared.clearance,
-    )
+    arguments, shared = checked(free_journal, locals(), "mass")
+    arguments.numbers(clearance=shared.clearance)
     arguments.finish()
     play = Play({"bearing": as_number(shared.clearance) or 0.0}, shared)
     if inertia is None:

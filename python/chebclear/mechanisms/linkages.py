@@ -10,12 +10,11 @@ from ..base.arguments import as_number
 from ..scene.scene import Body, Gravity, Revolute, Scene, Speed, rpm
 from .joints import (
     ROUNDING,
-    Arguments,
     PinOptions,
-    Pins,
     Play,
     as_mass,
     bar,
+    checked,
     direction,
     elbow,
     on_circle,
@@ -102,22 +101,7 @@ def four_bar(
     >>> four_bar(clearance_at=("crank_pin", "rocker_bearing")).check().degrees_of_freedom
     4
     """
-    arguments = Arguments()
-    shared = Pins.checked(arguments, options, four_bar)
-    arguments.positive(
-        ground_length=ground_length,
-        crank_length=crank_length,
-        coupler_length=coupler_length,
-        rocker_length=rocker_length,
-    )
-    arguments.numbers(
-        crank_mass=crank_mass,
-        coupler_mass=coupler_mass,
-        rocker_mass=rocker_mass,
-        crank_speed=crank_speed,
-        crank_angle=crank_angle,
-        gravity=gravity,
-    )
+    arguments, shared = checked(four_bar, locals())
     arguments.word("branch", branch, _BRANCHES)
     pins = ("crank_pin", "rocker_pin", "rocker_bearing")
     clearances = arguments.places(clearance_at, shared.clearance, pins, driven="crank_bearing")
@@ -242,30 +226,7 @@ def six_bar(
     >>> six_bar(clearance_at=()).check().degrees_of_freedom
     0
     """
-    arguments = Arguments()
-    shared = Pins.checked(arguments, options, six_bar)
-    arguments.positive(
-        ground_length=ground_length,
-        crank_length=crank_length,
-        coupler_length=coupler_length,
-        rocker_length=rocker_length,
-        link_length=link_length,
-        output_length=output_length,
-    )
-    arguments.numbers(
-        crank_mass=crank_mass,
-        coupler_mass=coupler_mass,
-        rocker_mass=rocker_mass,
-        link_mass=link_mass,
-        output_mass=output_mass,
-        coupler_point_x=coupler_point_x,
-        coupler_point_y=coupler_point_y,
-        output_pivot_x=output_pivot_x,
-        output_pivot_y=output_pivot_y,
-        crank_speed=crank_speed,
-        crank_angle=crank_angle,
-        gravity=gravity,
-    )
+    arguments, shared = checked(six_bar, locals())
     arguments.word("branch", branch, _BRANCHES)
     arguments.word("output_branch", output_branch, _BRANCHES)
     pins = ("crank_pin", "rocker_pin", "rocker_bearing", "coupler_pin", "output_pin", "output_bearing")

@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from typing import Any, Unpack
 
 from ..base.arguments import as_number
+from ..errors import SceneError
 from ..scene.scene import Body, Gravity, Prismatic, Revolute, Scene, Speed, rpm
 from .joints import (
-    Arguments,
     PinOptions,
-    Pins,
     Play,
     as_mass,
     bar,
+    checked,
     direction,
     on_circle,
     with_pins,
@@ -107,23 +107,7 @@ def slider_crank(
     >>> scene.check().degrees_of_freedom  # a floating rod and the slider
     4
     """
-    arguments = Arguments()
-    shared = Pins.checked(arguments, options, slider_crank)
-    arguments.positive(
-        crank_length=crank_length,
-        rod_length=rod_length,
-    )
-    given = {"crank_inertia": crank_inertia, "rod_inertia": rod_inertia}
-    arguments.numbers(**{name: value for name, value in given.items() if value is not None})
-    arguments.numbers(
-        crank_mass=crank_mass,
-        rod_mass=rod_mass,
-        slider_mass=slider_mass,
-        slider_inertia=slider_inertia,
-        crank_speed=crank_speed,
-        crank_angle=crank_angle,
-        gravity=gravity,
-    )
+    arguments, shared = checked(slider_crank, locals())
     arguments.word("convention", convention, ("corrected", "as_printed"))
     clearances = arguments.places(
         clearance_at, shared.clearance, ("crank_pin", "wrist"), driven="crank_bearing"
@@ -133,11 +117,10 @@ def slider_crank(
     start = as_number(crank_angle) or 0.0
 
     as_printed = convention == "as_printed"
-    inertia_divisor = 3.0 if as_printed else 12.0  # Table 1, Eq. (35): 3
-    if crank_inertia is None:
-        crank_inertia = as_mass(crank_mass) * crank_length * crank_length / inertia_divisor
-    if rod_inertia is None:
-        rod_inertia = as_mass(rod_mass) * rod_length * rod_length / inertia_divisor
+    if as_printed and crank_inertia is None:
+        crank_inertia = as_mass(crank_mass) * crank_length * crank_length / 3.0  # Table 1, Eq. (35)
+    if as_printed and rod_inertia is None:
+        rod_inertia = as_mass(rod_mass) * rod_length * rod_length / 3.0
     play = Play(clearances, shared, "as_printed" if as_printed else "hertz")
     # Where the ideal mechanism has the rod. If the rod is too short to reach, the assembly will say so.
     rise = -crank_length / rod_length * math.sin(start) if math.isfinite(start) else 0.0
@@ -145,22 +128,8 @@ def slider_crank(
     return Scene(
         ground={"O": (0.0, 0.0)},
         bodies=[
-            Body(
-                "crank",
-                mass=crank_mass,
-                inertia=crank_inertia,
-                center_of_mass=(0.5 * crank_length, 0.0),
-                points={"A": (0.0, 0.0), "B": (crank_length, 0.0)},
-                angle=crank_angle,
-            ),
-            Body(
-                "rod",
-                mass=rod_mass,
-                inertia=rod_inertia,
-                center_of_mass=(0.5 * rod_length, 0.0),
-                points={"B": (0.0, 0.0), "C": (rod_length, 0.0)},
-                angle=rod_angle,
-            ),
+            bar("crank", ("A", "B"), crank_length, crank_mass, crank_angle, crank_inertia),
+            bar("rod", ("B", "C"), rod_length, rod_mass, rod_angle, rod_inertia),
             Body("slider", mass=slider_mass, inertia=slider_inertia, points={"C": (0.0, 0.0)}),
         ],
         joints=[
@@ -317,30 +286,9 @@ def quick_return(
     >>> quick_return(clearance_at=()).check().degrees_of_freedom
     0
     """
-    arguments = Arguments()
-    shared = Pins.checked(arguments, options, quick_return)
     if not isinstance(ram, bool):
-        arguments.add(f"ram must be True or False, got {ram!r}", wrong_type=True)
-        arguments.finish()
-    arguments.positive(
-        crank_length=crank_length,
-        pivot_distance=pivot_distance,
-        lever_length=lever_length,
-    )
-    if ram:
-        arguments.positive(link_length=link_length)
-        arguments.numbers(link_mass=link_mass, ram_mass=ram_mass)
-    arguments.numbers(
-        crank_mass=crank_mass,
-        block_mass=block_mass,
-        block_inertia=block_inertia,
-        lever_mass=lever_mass,
-        crank_speed=crank_speed,
-        crank_angle=crank_angle,
-        gravity=gravity,
-    )
-    if ram_height is not None:
-        arguments.numbers(ram_height=ram_height)
+        raise SceneError([("ram", f"must be True or False, got {ram!r}")])
+    arguments, shared = checked(quick_return, locals())
     pins = ("crank_pin", "lever_bearing", *(("lever_pin", "ram_pin") if ram else ()))
     clearances = arguments.places(clearance_at, shared.clearance, pins, driven="crank_bearing")
     radius, depth = as_number(crank_length), as_number(pivot_distance)
