@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ..base.writing import complete_folder
+from ..decisions.allocation import Allocation
+from ..decisions.contrast import Contrast
 from ..decisions.identification import Identification
 from ..decisions.measured import Agreement
 from ..execution.plan import Plan
@@ -19,6 +22,7 @@ from ..study.report.extent import extent
 from ..study.report.summary import findings, suggestions
 from ..study.requirements.conformance import Conformance
 from ..study.results import StudyResult
+from .figures import draw_each
 from .output import Rows, print_json, write_table
 from .scenes import hint
 
@@ -154,6 +158,32 @@ def finish(
     if options.out is None:
         hint(options, f"chebclear {options.command} FILE --out results")
     return 0
+
+
+def hand_over(
+    options: argparse.Namespace,
+    found: object,
+    name: str,
+    tables: Mapping[str, Rows],
+    plots: Mapping[str, Callable[..., object]],
+    facts: Mapping[str, Any],
+) -> None:
+    """Write what was found as files, if they are asked for, and print it, or the facts as JSON."""
+    main = f"{name}.txt"
+    if options.out is not None:
+        with complete_folder(options.out) as folder:
+            for table, rows in tables.items():
+                write_table(rows, folder, table)
+            (folder / main).write_text(f"{found}\n", encoding="utf-8")
+            if isinstance(found, Contrast | Allocation):
+                main = found.report(folder / "report.html").name
+            draw_each(plots, folder)
+    if options.json:
+        print_json(facts)
+        return
+    print(found)
+    if options.out is not None:
+        print(f"wrote    {options.out / main} and more beside it")
 
 
 def share_rows(found: Conformance) -> Rows:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from ..base.writing import file_name
@@ -13,6 +14,16 @@ from ..scene.scene import ClearanceRevolute, Scene
 
 DPI = 150
 _WIDTH, _HEIGHT = 6.5, 2.6  # [inch], of a panel
+
+
+def draw_each(plots: Mapping[str, Callable[..., object]], folder: Path) -> None:
+    """The picture of each method `plot`, under its name."""
+    from matplotlib.figure import Figure
+
+    for name, plot in plots.items():
+        figure = Figure(layout="constrained")
+        plot(ax=figure.add_subplot())
+        figure.savefig(folder / f"{file_name(name)}.png", dpi=DPI)
 
 
 def draw_scene(scene: Scene, path: Path) -> None:

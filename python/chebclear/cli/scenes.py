@@ -42,6 +42,13 @@ def settings_of(template: Template, options: argparse.Namespace) -> dict[str, An
     return {"samples": SAMPLES, **template.run} | ({} if rtol is None else {"rtol": rtol})
 
 
+def study_settings(template: Template, options: argparse.Namespace) -> dict[str, Any]:
+    """Keywords of a study, from the file and the command line."""
+    names = ("threads", "store", "run_seconds", "max_seconds")
+    own = {name: getattr(options, name) for name in names}
+    return settings_of(template, options) | own | {"progress": progress_of(options)}
+
+
 def period_of(template: Template) -> str:
     """One revolution of the drive as an argument of the command line; empty without such a drive."""
     try:

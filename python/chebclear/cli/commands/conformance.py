@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
-from ...base.writing import complete_folder, file_name
-from ...decisions.allocation import Allocation, allocate as cheapest_tolerances
+from ...decisions.allocation import allocate as cheapest_tolerances
 from ...decisions.contrast import Difference, contrast as compare_designs
 from ...study.requirements.conformance import Share
 from ...templates.reader import load
-from ...templates.template import Template
-from ..bands import EXIT_NOT_MET, share_rows
-from ..figures import DPI
+from ..bands import EXIT_NOT_MET, hand_over, share_rows
 from ..options import Commands, add_means, add_out, add_scene, add_settings, count, new_command, positive
-from ..output import Rows, print_json, require_writable, write_table
+from ..output import require_writable
 from ..plans import plan_of
-from ..scenes import changes_of, progress_of, settings_of, template_of
+from ..scenes import changes_of, study_settings, template_of
 
 
 def add(commands: Commands) -> None:
@@ -144,7 +140,7 @@ def conformance(options: argparse.Namespace) -> int:
             '{ of = "slider.x", below = "170.1 mm" }'
         )
     require_writable(options.out)
-    means = _means(template, options)
+    means = study_settings(template, options)
     sides = sum(one.interval is not None and one.distribution is None for one in template.parameters.values())
     # The nominal values of what is only an interval, all corners and points inside.
     places = 1 + 2**sides + options.inner if sides else 1
@@ -160,21 +156,12 @@ def conformance(options: argparse.Namespace) -> int:
         rng=options.rng,
         **means,
     )
-    if options.out is not None:
-        with complete_folder(options.out) as folder:
-            write_table(share_rows(found), folder, "conformance")
-            (folder / "conformance.txt").write_text(f"{found}\n", encoding="utf-8")
-            _draw(found, folder)
-    worst = list(found.values())[-1]
+    rows, worst = share_rows(found), list(found.values())[-1]
     poor = options.least is not None and worst.lower < options.least
-    if options.json:
-        print_json({"shares": share_rows(found), "seed": found.seed, "not_met": [worst.name] if poor else []})
-    else:
-        print(found)
-        if options.out is not None:
-            print(f"wrote    {options.out / 'conformance.txt'} and more beside it")
-        if poor:
-            print(f"not at least {100.0 * options.least:g} %: {worst.name}")
+    facts = {"shares": rows, "seed": found.seed, "not_met": [worst.name] if poor else []}
+    hand_over(options, found, "conformance", {"conformance": rows}, _plots(found), facts)
+    if poor and not options.json:
+        print(f"not at least {100.0 * options.least:g} %: {worst.name}")
     return EXIT_NOT_MET if poor else 0
 
 
@@ -184,7 +171,7 @@ def contrast(options: argparse.Namespace) -> int:
     require_writable(options.out)
     studies = []
     for place, template in zip(("first", "second"), templates, strict=True):
-        means = _means(template, options)
+        means = study_settings(template, options)
         # A store is that of one study.
         studies.append(template.study(**means | {"store": options.store and options.store / place}))
     if options.plan:
@@ -222,21 +209,9 @@ def contrast(options: argparse.Namespace) -> int:
         }
         for name, one in found.requirements.items()
     ]
-    if options.out is not None:
-        with complete_folder(options.out) as folder:
-            if rows:
-                write_table(rows, folder, "features")
-            if shares:
-                write_table(shares, folder, "requirements")
-            (folder / "contrast.txt").write_text(f"{found}\n", encoding="utf-8")
-            found.report(folder / "report.html")
-            _draw(found.features, folder)
-    if options.json:
-        print_json({"features": rows, "shares": shares, "changes": found.changes, "seed": found.seed})
-    else:
-        print(found)
-        if options.out is not None:
-            print(f"wrote    {options.out / 'report.html'} and more beside it")
+    tables = {name: some for name, some in (("features", rows), ("requirements", shares)) if some}
+    facts = {"features": rows, "shares": shares, "changes": found.changes, "seed": found.seed}
+    hand_over(options, found, "contrast", tables, _plots(found.features), facts)
     return 0
 
 
@@ -247,7 +222,7 @@ def allocate(options: argparse.Namespace) -> int:
         if not getattr(template, name):
             options.usage_error(f"give the file a table [{name}]: chebclear fields {name} tells how")
     require_writable(options.out)
-    study = template.study(**_means(template, options))
+    study = template.study(**study_settings(template, options))
     if options.plan:
         plan_of(study, "sample", {"runs": max(2, options.runs)}, options)
         return 0
@@ -260,25 +235,7 @@ def allocate(options: argparse.Namespace) -> int:
         confidence=options.confidence,
         rng=options.rng,
     )
-    rows = _tolerance_rows(found)
-    if options.out is not None:
-        with complete_folder(options.out) as folder:
-            write_table(rows, folder, "allocation")
-            (folder / "allocation.txt").write_text(f"{found}\n", encoding="utf-8")
-            found.report(folder / "report.html")
-            _draw({"allocation": found}, folder)
-    if options.json:
-        facts = {"status": found.status, "cost": found.cost, "saving": found.saving, "seed": found.seed}
-        print_json({**facts, "tolerances": rows, "shares": share_rows(found.verified)})
-    else:
-        print(found)
-        if options.out is not None:
-            print(f"wrote    {options.out / 'report.html'} and more beside it")
-    return 0 if found.status in ("met", "always") else EXIT_NOT_MET
-
-
-def _tolerance_rows(found: Allocation) -> Rows:
-    return [
+    rows = [
         {
             "parameter": name,
             "unit": one.unit,
@@ -290,25 +247,16 @@ def _tolerance_rows(found: Allocation) -> Rows:
         }
         for name, one in found.items()
     ]
-
-
-def _means(template: Template, options: argparse.Namespace) -> dict[str, Any]:
-    """Keywords of a study of the file."""
-    return {
-        **settings_of(template, options),
-        "threads": options.threads,
-        "store": options.store,
-        "run_seconds": options.run_seconds,
-        "max_seconds": options.max_seconds,
-        "progress": progress_of(options),
+    facts: dict[str, object] = {
+        "status": found.status,
+        "cost": found.cost,
+        "saving": found.saving,
+        "seed": found.seed,
     }
+    facts |= {"tolerances": rows, "shares": share_rows(found.verified)}
+    hand_over(options, found, "allocation", {"allocation": rows}, {"allocation": found.plot}, facts)
+    return 0 if found.status in ("met", "always") else EXIT_NOT_MET
 
 
-def _draw(found: Mapping[str, Share | Difference | Allocation], folder: Path) -> None:
-    """A picture for every requirement or feature, or of tolerances."""
-    from matplotlib.figure import Figure
-
-    for name, one in found.items():
-        figure = Figure(layout="constrained")
-        one.plot(ax=figure.add_subplot())
-        figure.savefig(folder / f"{file_name(name)}.png", dpi=DPI)
+def _plots(found: Mapping[str, Share | Difference]) -> dict[str, Callable[..., object]]:
+    return {name: one.plot for name, one in found.items()}

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+from functools import partial
 
 import numpy as np
 
 from ...base.arguments import meant_or_known
 from ...base.quantities import Interval
-from ...base.writing import complete_folder, file_name
 from ...study.study import Study
 from ...templates.reader import load
 from ...templates.template import Template
-from ..figures import DPI
+from ..bands import hand_over
 from ..options import (
     Commands,
     add_means,
@@ -24,7 +24,7 @@ from ..options import (
     count,
     new_command,
 )
-from ..output import print_json, require_writable, write_table
+from ..output import require_writable
 from ..scenes import changes_of, progress_of, settings_of, template_of
 from .study import STUDY_FILES, carry_out, study_of
 
@@ -117,29 +117,14 @@ def sweep(options: argparse.Namespace) -> int:
     )
     columns = found.statistics
     rows = [dict(zip(columns, row, strict=True)) for row in np.column_stack(list(columns.values())).tolist()]
-    if options.out is not None:
-        from matplotlib.figure import Figure
-
-        with complete_folder(options.out) as folder:
-            write_table(rows, folder, "sweep")
-            (folder / "sweep.txt").write_text(f"{found}\n", encoding="utf-8")
-            for name in found:
-                figure = Figure(layout="constrained")
-                found.plot(name, ax=figure.add_subplot())
-                figure.savefig(folder / f"{file_name(name)}.png", dpi=DPI)
-    if options.json:
-        print_json(
-            {
-                "values": rows,
-                "resonances": {name: [vars(one) for one in found.resonances(name)] for name in found},
-                "lift_offs": [vars(one) for one in found.lift_offs],
-                "notices": [dataclasses.asdict(one) for one in found.notices],
-            }
-        )
-    else:
-        print(found)
-        if options.out is not None:
-            print(f"wrote    {options.out / 'sweep.txt'} and more beside it")
+    facts = {
+        "values": rows,
+        "resonances": {name: [vars(one) for one in found.resonances(name)] for name in found},
+        "lift_offs": [vars(one) for one in found.lift_offs],
+        "notices": [dataclasses.asdict(one) for one in found.notices],
+    }
+    pictures = {name: partial(found.plot, name) for name in found}
+    hand_over(options, found, "sweep", {"sweep": rows}, pictures, facts)
     return 0
 
 

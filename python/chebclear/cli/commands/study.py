@@ -28,7 +28,7 @@ from ..options import (
 )
 from ..output import require_writable
 from ..plans import plan_of
-from ..scenes import outputs_of, progress_of, settings_of, template_of
+from ..scenes import outputs_of, study_settings, template_of
 
 # Which options each kind of study takes besides those of every one.
 _KINDS = {
@@ -211,14 +211,6 @@ def study_of(options: argparse.Namespace) -> tuple[Study, str]:
             "which parameters are uncertain? give one an interval in the table [parameters] of the file, as "
             "rel, plus and minus, or limits"
         )
-    keywords = outputs_of(template, settings_of(template, options), options)
+    keywords = outputs_of(template, study_settings(template, options), options)
     require_writable(options.out)
-    study = template.study(
-        **keywords,
-        threads=options.threads,
-        store=options.store,
-        run_seconds=options.run_seconds,
-        max_seconds=options.max_seconds,
-        progress=progress_of(options),
-    )
-    return study, template.title or options.scene.name
+    return template.study(**keywords), template.title or options.scene.name
