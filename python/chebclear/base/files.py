@@ -13,7 +13,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tokenize import TokenError
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias, TypeVar
+from types import NoneType, UnionType
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    ClassVar,
+    Self,
+    TypeAlias,
+    TypeVar,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 from zipfile import BadZipFile, ZipFile
 from zlib import error as ZlibError
 
@@ -331,6 +342,50 @@ class ArrayRecord(Shown):
         return same(self, other) if type(other) is type(self) else NotImplemented
 
 
+def flattened(value: Any, place: str, arrays: dict[str, NDArray[Any]]) -> Any:
+    """A value of a field as JSON has it; arrays go into `arrays`, under their places in the record."""
+    if isinstance(value, np.ndarray):
+        arrays[place] = value
+        return {"array": place}
+    if hasattr(value, "from_json"):  # a scene, which has a form of its own
+        return json.loads(value.to_json())
+    if dataclasses.is_dataclass(value):
+        value = {item.name: getattr(value, item.name) for item in dataclasses.fields(value)}
+    inner = f"{place}." if place else ""
+    if isinstance(value, Mapping):
+        # By their numbers, since keys may be names of the user's.
+        named = all(str(key).isidentifier() for key in value)
+        places = map(str, value if named else range(len(value)))
+        entries = zip(value.items(), places, strict=True)
+        return {key: flattened(one, inner + own, arrays) for (key, one), own in entries}
+    if isinstance(value, list | tuple):
+        return [flattened(one, f"{inner}{number}", arrays) for number, one in enumerate(value)]
+    return value
+
+
+def restored(kind: Any, plain: Any, arrays: Mapping[str, Any]) -> Any:
+    """The value of a type from what `flattened` made of it."""
+    origin, inner = get_origin(kind), get_args(kind)
+    if origin is UnionType:
+        kinds = [one for one in inner if one is not NoneType]
+        return plain if plain is None or len(kinds) > 1 else restored(kinds[0], plain, arrays)
+    if isinstance(plain, dict) and plain.keys() == {"array"}:
+        return arrays[plain["array"]]
+    if hasattr(kind, "from_json"):
+        return kind.from_json(json.dumps(plain))
+    if hasattr(kind, "from_dict"):
+        return kind.from_dict(plain)
+    if dataclasses.is_dataclass(kind):
+        hints = get_type_hints(kind)
+        return kind(**{name: restored(hints[name], one, arrays) for name, one in plain.items()})  # type: ignore[operator]
+    if origin is tuple:
+        kinds = [inner[0]] * len(plain) if Ellipsis in inner else list(inner)
+        return tuple(restored(one, value, arrays) for one, value in zip(kinds, plain, strict=True))
+    if origin is dict:
+        return {name: restored(inner[1], one, arrays) for name, one in plain.items()}
+    return plain
+
+
 Contents: TypeAlias = tuple[Mapping[str, "NDArray[Any] | Stacked"], Mapping[str, Any]]
 """Arrays of a file, and values that JSON can represent."""
 
@@ -346,11 +401,19 @@ class Saved(ArrayRecord):
         cls.kind_of_file = kind
 
     def _contents(self) -> Contents:
-        raise NotImplementedError
+        """What goes into the file: by default all fields, see `flattened`."""
+        arrays: dict[str, NDArray[Any]] = {}
+        return arrays, {"record": flattened(self, "", arrays)}
 
     @classmethod
     def _from_contents(cls, arrays: Mapping[str, Any], facts: Mapping[str, Any]) -> Self:
-        raise NotImplementedError
+        """The result of such a file."""
+        found: Self = sound(restored(cls, facts["record"], arrays))
+        found._check_shapes()
+        return found
+
+    def _check_shapes(self) -> None:
+        """Raise ValueError if arrays of a file do not fit each other."""
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write everything to one ``.npz`` file.

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, Unpack
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -37,7 +37,6 @@ Result = TypeVar("Result")
 MOST_VALUES = 100_000
 MOST_PERIODS = 1_000_000
 MOST_THREADS = 1024
-_ARRAYS = ("values", "samples", "period")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -106,19 +105,9 @@ class Bifurcation(Exports, records.Saved, kind="bifurcation"):
         known = np.isfinite(self.samples).all(axis=1)
         return np.where(known, 1 + jumps.sum(axis=1), 0)
 
-    def _contents(self) -> records.Contents:
-        arrays = {name: getattr(self, name) for name in _ARRAYS}
-        facts = {"parameter": self.parameter, "output": self.output, "skipped": self.skipped}
-        return arrays, facts
-
-    @classmethod
-    def _from_contents(cls, arrays: Mapping[str, Any], facts: Mapping[str, Any]) -> Self:
-        fields = {name: facts[name] for name in ("parameter", "output", "skipped")}
-        found = cls(**fields | {name: arrays[name] for name in _ARRAYS})
-        count = len(found.values)
-        return records.sound(
-            found, values=(count,), samples=(count, found.samples.shape[-1]), period=(count,)
-        )
+    def _check_shapes(self) -> None:
+        count = len(self.values)
+        records.sound(self, values=(count,), samples=(count, self.samples.shape[-1]), period=(count,))
 
     def plot(self, *, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw the diagram; see `plot_bifurcation` for the options."""

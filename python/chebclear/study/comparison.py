@@ -7,7 +7,7 @@ import json
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -115,17 +115,6 @@ class Comparison(files.Saved, Named[BoundErrors], Exports, kind="comparison"):
         data = numbered("row", columns, dict.fromkeys(("lower", "upper", "slack", "largest"), "-"))
         span: dict[str, str | int | float] = {"start": self.start, "end": self.end}
         return dataclasses.replace(data, facts=span | {"differences": "\n".join(self.differences)})
-
-    def _contents(self) -> files.Contents:
-        rows = {name: dataclasses.asdict(row) for name, row in self.errors.items()}
-        facts = {"errors": rows, "start": self.start, "end": self.end, "differences": self.differences}
-        return {}, facts
-
-    @classmethod
-    def _from_contents(cls, _: Mapping[str, Any], facts: Mapping[str, Any]) -> Self:
-        errors = {name: BoundErrors(**row) for name, row in facts["errors"].items()}
-        differences = tuple(facts.get("differences", ()))
-        return files.sound(cls(errors, facts["start"], facts["end"], differences))
 
     def _repr_html_(self) -> str:
         table = Table("Differences between the bounds", *self._cells())

@@ -270,7 +270,7 @@ def _of_runs(runner: Runner, result: StudyResult) -> Conformance:
     """Shares of the mechanisms of a result, which were drawn from the distributions."""
     watched = watching_for(runner, runner.requirements)[1]
     outputs = [one.quantity for one in runner.requirements.values() if one.quantity in result.bands]
-    runs = sampled.runs_of(result, outputs)[: len(result.parameters)]
+    runs = result.run_table(outputs)[: len(result.parameters)]
     count = len(result.parameters) + count_failed(result.failures)
     extremes = [
         extremes_of(runs, name, one, watched[name], count) for name, one in runner.requirements.items()

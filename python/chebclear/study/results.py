@@ -310,6 +310,29 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
             return band
         return self.features
 
+    def run_table(self, outputs: Sequence[str]) -> RunTable:
+        """The runs with some of the outputs, the nominal one last."""
+        empty, table = np.empty((len(self.parameters) + 1, 0, 0)), self.features
+        return RunTable(
+            self.parameters,
+            np.arange(len(self.parameters)),
+            self.t,
+            tuple(outputs),
+            np.stack([self.table(name) for name in outputs], axis=-1) if outputs else empty,
+            np.concatenate([table.runs, table.nominal[None]]) if table else None,
+            table.names,
+            **{name: getattr(self, name) for name in _OF_RUNS}
+            | {"stats": Costs.joined([self.stats]), "notices": ()},
+        )
+
+    def bands_of_first(self, runs: int, threads: int | None = None) -> dict[str, Band]:
+        """The bands of the first runs of a result of `Study.band` alone, by the rule of the whole."""
+        assert self.requirement is not None, "a result of Study.band"
+        requirement = dataclasses.replace(self.requirement, runs=runs, failed=0)
+        values = self.run_table(self.outputs).values
+        first = np.concatenate([values[:runs], values[-1:]]), self.intervals, self.parameters[:runs]
+        return calibrated_bands(self.t, self.outputs, *first, requirement, threads, self.nominal_parameters)
+
     @classmethod
     def from_runs(
         cls,
@@ -393,8 +416,9 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
         parts = list(zip(*map(self._tables, self.bands), strict=True))
         values = records.Stacked(parts) if self.bands else empty
         arrays = {"t": self.t, "values": values, "parameters": self.parameters}
-        shares, facts = ({}, None) if self.conformance is None else self.conformance._contents()
-        return {**arrays, **more_arrays(self), **shares}, {**facts_of(self), "conformance": facts}
+        more: dict[str, Any] = more_arrays(self)
+        shares = records.flattened(self.conformance, "conformance", more)
+        return {**arrays, **more}, {**facts_of(self), "conformance": shares}
 
     @classmethod
     def _from_contents(cls, arrays: Mapping[str, Any], facts: Mapping[str, Any]) -> Self:
@@ -428,9 +452,7 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
             units=facts.get("units"),
             seed=facts.get("seed"),
             spec=StudySpec.from_facts(facts["spec"]) if facts.get("spec") is not None else None,
-            conformance=Conformance._from_contents(arrays, facts["conformance"])
-            if facts.get("conformance")
-            else None,
+            conformance=records.restored(Conformance | None, facts["conformance"], arrays),
         )
         if not found.bands and not found.features:
             raise ValueError("it has neither outputs nor features")

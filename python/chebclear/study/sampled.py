@@ -49,27 +49,6 @@ _SAME_POINT = 1e-9
 _SAME_VALUES = 1e-6
 
 
-def runs_of(result: StudyResult, outputs: Sequence[str]) -> RunTable:
-    """The runs of a result with some of its outputs, the nominal one last."""
-    empty = np.empty((len(result.parameters) + 1, 0, 0))
-    table = result.features
-    return RunTable(
-        result.parameters,
-        np.arange(len(result.parameters)),
-        result.t,
-        tuple(outputs),
-        np.stack([result.table(name) for name in outputs], axis=-1) if outputs else empty,
-        np.concatenate([table.runs, table.nominal[None]]) if table else None,
-        table.names,
-        failures=result.failures,
-        stats=Costs.joined([result.stats]),
-        settings=result.settings,
-        seconds=result.seconds,
-        nominal_parameters=result.nominal_parameters,
-        scene=result.scene,
-    )
-
-
 def band(
     runner: Runner,
     runs: int | None,
@@ -266,7 +245,7 @@ def extended(
         checks.add("a table of finished runs has no further ones: make a new table")
     checks.finish()
     assert requirement is not None, "the checks let no other result pass"
-    old = runs_of(result, result.outputs)
+    old = result.run_table(result.outputs)
     scored, messages = [old[: requirement.runs]], _lasting(result.notices)
     count = len(old.parameters)
     kept, nominal = [old[requirement.runs : count]], old[count:]
@@ -289,15 +268,6 @@ def extended(
     messages += failure_notices(failures, good + len(failures) + 1)
     base = dataclasses.replace(old, seconds=seconds, failures=failures)
     return _result(runner, requirement, base, scored, kept, nominal, messages)
-
-
-def shortened(runner: Runner, result: StudyResult, runs: int) -> StudyResult:
-    """The result of `Study.band` from the first runs of another one."""
-    assert result.requirement is not None, "a result of Study.band"
-    requirement = dataclasses.replace(result.requirement, runs=runs)
-    old = runs_of(result, result.outputs)
-    base = dataclasses.replace(old, seconds=math.nan, failures=())
-    return _result(runner, requirement, base, [old[:runs]], [], old[len(old.parameters) :], ())
 
 
 def _result(
@@ -378,7 +348,7 @@ def _others(
         elif not in_box(runner.intervals, result.parameters):
             checks.add(f"include[{index}] has runs outside of the intervals of this study")
     checks.finish()
-    return [runs_of(result, own.outputs)[: len(result.parameters)] for result in results]
+    return [result.run_table(own.outputs)[: len(result.parameters)] for result in results]
 
 
 def _foreign(runner: Runner, results: Sequence[StudyResult], nominal: RunTable) -> list[Notice]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from ..data.dataset import Dataset, numbered
 from ..data.exports import Exports
 from ..report import html
 from ..report.document import Table
-from ..run.notices import Notice, WithNotices, as_plain
+from ..run.notices import Notice, WithNotices
 from .bounds_report import costs_document
 
 if TYPE_CHECKING:
@@ -287,34 +287,11 @@ class StudyTradeoff(WithNotices, records.Saved, Exports, kind="study tradeoff"):
                 columns[f"{name} {output}"] = [float(getattr(point, name)[index]) for point in self.points]
         return columns
 
-    def _contents(self) -> records.Contents:
-        arrays = {name: np.stack([getattr(point, name) for point in self.points]) for name in _BY_OUTPUT}
-        arrays |= {name: getattr(self, name) for name in ("reference_width", "reference_change")}
-        facts = {name: getattr(self, name) for name in ("outputs", "holdout", "reference_runs")}
-        facts["notices"] = as_plain(self.notices)
-        points = [{name: getattr(point, name) for name in _BY_POINT} for point in self.points]
-        return arrays, facts | {"points": points}
-
-    @classmethod
-    def _from_contents(cls, arrays: Mapping[str, Any], facts: Mapping[str, Any]) -> Self:
-        points = tuple(
-            StudyTradeoffPoint(**point, **{name: arrays[name][index] for name in _BY_OUTPUT})
-            for index, point in enumerate(facts["points"])
-        )
-        outputs = tuple(facts["outputs"])
-        for point in points:
-            records.sound(point, **dict.fromkeys(_BY_OUTPUT, (len(outputs),)))
-        found = cls(
-            outputs=outputs,
-            points=points,
-            holdout=facts["holdout"],
-            reference_runs=facts["reference_runs"],
-            reference_width=arrays["reference_width"],
-            reference_change=arrays["reference_change"],
-            notices=Notice.from_plain(facts["notices"]),
-        )
-        by_output = (len(outputs),)
-        return records.sound(found, reference_width=by_output, reference_change=by_output)
+    def _check_shapes(self) -> None:
+        count = (len(self.outputs),)
+        records.sound(self, reference_width=count, reference_change=count)
+        for point in self.points:
+            records.sound(point, **dict.fromkeys(_BY_OUTPUT, count))
 
     def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
         """Write a report: one HTML file that needs no network and runs no scripts.

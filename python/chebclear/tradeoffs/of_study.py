@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks
 from ..errors import ArgumentError, ArgumentTypeError, SimulationError
 from ..run.notices import issue
-from ..scene.scene import Interval
 from ..study import sampled
 from ..study.band.band import Band
 from ..study.designs import carried_out, on_grid
+from ..study.polynomials.points import uniform_points
 from ..study.polynomials.surrogate import MOST_RANGE_DEGREE, chebyshev_grid, tensor_grid
 from ..study.results import StudyResult
 from ..study.runner import Runner
@@ -38,37 +38,16 @@ _SLACK = 1e-9
 
 @dataclass
 class _Setting:
-    """One set of runs, with its bands if all of them succeeded."""
+    """One set of runs, with its bands and stages if all of them succeeded."""
 
     kind: str
     degree: int | None
     points: int
     runs: int
-    result: StudyResult | None
     seconds: float
     status: str
-
-    @property
-    def stages(self) -> int:
-        return 0 if self.result is None else sum(stats.stages for stats in self.result.stats)
-
-
-@dataclass(frozen=True)
-class TradeoffSpec:
-    """Settings that are compared."""
-
-    degrees: Iterable[int]
-    """Degrees of Chebyshev studies."""
-    points: Iterable[int]
-    """Points of scans."""
-    runs: Iterable[int]
-    """Runs of calibrated bands."""
-    holdout: int
-    """Random hold-out points."""
-    seed: int
-    """Seed of these points and of those of bands."""
-    max_runs: int
-    """Largest number of runs; with more, no run is started."""
+    bands: Mapping[str, Band] | None = None
+    stages: int = 0
 
 
 def study_tradeoff(
@@ -131,39 +110,64 @@ def study_tradeoff(
         raise ArgumentTypeError(f"study must be a Study, got {study!r}")
     if isinstance(study.runner.model, FinishedRuns):
         raise ArgumentError("a tradeoff makes further runs, which a table of finished runs does not have")
-    checks = Checks()
+    runner, checks = study.runner, Checks()
     seed = checks.seed("rng", rng)
-    result = _measured(study.runner, TradeoffSpec(degrees, points, runs, holdout, seed, max_runs), checks)
-    issue(result.notices)
-    return result
-
-
-def _measured(study: Runner, asked: TradeoffSpec, checks: Checks) -> StudyTradeoff:
-    """Compare the bounds of a study; see `study_tradeoff`."""
-    probed, wanted, budgets = _checked(study, asked, checks)
-    probes = carried_out(study, on_grid(study, probed, (asked.holdout,)))
+    grids: list[tuple[int | None, int]] = [
+        (degree, degree + 1) for degree in _counts(checks, "degrees", degrees, 1, MOST_NODES - 1)
+    ]
+    grids += [(None, count) for count in _counts(checks, "points", points, 2, MOST_NODES)]
+    budgets = sorted(set(_counts(checks, "runs", runs, sampled.LEAST_RUNS, MOST_RUNS)))
+    sides = len(runner.intervals)
+    for _, count in grids:
+        if count**sides > MOST_RUNS:
+            checks.add(
+                f"a study must have at most {MOST_RUNS} runs, got {count}^{sides}: leave out the "
+                "higher degrees or the finer scans"
+            )
+    if not grids and not budgets:
+        checks.add("degrees, points and runs must not all be empty")
+    checks.whole("holdout", holdout, least=2, most=MOST_RUNS)
+    checks.whole("max_runs", max_runs, least=1)
+    checks.finish()
+    probed = _holdout_points(runner, holdout, seed)
+    needed = len(probed) + sum(count**sides for _, count in grids) + max(budgets, default=0)
+    if needed > max_runs:
+        raise ArgumentError(
+            f"all settings and hold-out points are {needed} runs, more than max_runs = {max_runs}: leave out "
+            "the higher degrees or the finer scans"
+        )
+    probes = carried_out(runner, on_grid(runner, probed, (holdout,)))
     if not probes.outputs:
         raise ArgumentError("a tradeoff compares bands of outputs: name some in Study(outputs=...)")
-    seed = asked.seed
-    settings = [_run(study, degree, count) for degree, count in wanted]
-    settings += _bands(study, budgets, seed)
+    settings = [_grid(runner, *grid) for grid in grids]
+    bands = _bands(runner, budgets, seed)
+    # Bands of fewer runs use the first ones of the largest.
+    known = [probes.bands, *(one.bands for one in [*settings, *bands[-1:]] if one.bands is not None)]
+    found = _compared([*settings, *bands], probes, known, seed)
+    issue(found.notices)
+    return found
 
-    outputs = probes.outputs
-    runs = {
-        name: np.concatenate(
-            # Bands of fewer runs use the same ones.
-            [probes[name].runs, *(s.result[name].runs for s in _distinct(settings) if s.result is not None)]
-        )
-        for name in outputs
-    }
-    count = len(runs[outputs[0]])
+
+def _counts(checks: Checks, name: str, given: object, least: int, most: int) -> list[int]:
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        checks.add(f"{name} must be a list of whole numbers, got {given!r}", wrong_type=True)
+        return []
+    return [checks.whole(f"{name}[{k}]", value, least=least, most=most) for k, value in enumerate(given)]
+
+
+def _compared(
+    settings: Sequence[_Setting], probes: StudyResult, known: Sequence[Mapping[str, Band]], seed: int
+) -> StudyTradeoff:
+    """The settings beside the hull of all `known` runs, those of `probes` first."""
+    runs = {name: np.concatenate([bands[name].runs for bands in known]) for name in probes.outputs}
+    count = len(runs[probes.outputs[0]])
     half = default_rng(seed).permutation(count)[: count // 2]
     reference = {name: (values.min(axis=0), values.max(axis=0)) for name, values in runs.items()}
     widths = np.array([np.mean(upper - lower) for lower, upper in reference.values()])
     halves = np.array([np.mean(np.ptp(values[half], axis=0)) for values in runs.values()])
     return StudyTradeoff(
-        outputs=outputs,
-        points=tuple(point for setting in settings for point in _points(setting, probes, reference, study)),
+        outputs=probes.outputs,
+        points=tuple(point for setting in settings for point in _points(setting, probes, reference)),
         holdout=len(probes.parameters),
         reference_runs=count,
         reference_width=widths,
@@ -172,132 +176,80 @@ def _measured(study: Runner, asked: TradeoffSpec, checks: Checks) -> StudyTradeo
     )
 
 
-def _distinct(settings: Sequence[_Setting]) -> Iterator[_Setting]:
-    """The settings with runs that no other one has."""
-    bands = [setting for setting in settings if setting.kind == "band"]
-    for setting in settings:
-        if setting.result is not None and (setting.kind != "band" or setting is bands[-1]):
-            yield setting
-
-
-def _checked(
-    study: Runner, asked: TradeoffSpec, checks: Checks
-) -> tuple[Array, list[tuple[int | None, int]], list[int]]:
-    """Hold-out points, degree, if any, and points of every grid, and runs of every band."""
-    sides = list(study.intervals.values())
-    wanted: list[tuple[int | None, int]] = []
-    budgets: list[int] = []
-    for name, given, least, most in (
-        ("degrees", asked.degrees, 1, MOST_NODES - 1),
-        ("points", asked.points, 2, MOST_NODES),
-        ("runs", asked.runs, sampled.LEAST_RUNS, MOST_RUNS),
-    ):
-        if isinstance(given, str) or not isinstance(given, Iterable):
-            checks.add(f"{name} must be a list of whole numbers, got {given!r}", wrong_type=True)
-            continue
-        for index, value in enumerate(given):
-            count = checks.whole(f"{name}[{index}]", value, least=least, most=most)
-            if name == "runs":
-                budgets.append(count)
-            else:
-                wanted.append((count, count + 1) if name == "degrees" else (None, count))
-    for _, count in wanted:
-        if count ** len(sides) > MOST_RUNS:
-            checks.add(
-                f"a study must have at most {MOST_RUNS} runs, got {count}^{len(sides)}: leave out the "
-                "higher degrees or the finer scans"
-            )
-    if not wanted and not budgets:
-        checks.add("degrees, points and runs must not all be empty")
-    checks.whole("holdout", asked.holdout, least=2, most=MOST_RUNS)
-    checks.whole("max_runs", asked.max_runs, least=1)
-    checks.finish()
-    probed = _holdout_points(study, asked.holdout, asked.seed)
-    runs = len(probed) + sum(count ** len(sides) for _, count in wanted) + max(budgets, default=0)
-    if runs > asked.max_runs:
-        raise ArgumentError(
-            f"all settings and hold-out points are {runs} runs, more than max_runs = {asked.max_runs}: leave "
-            "out the higher degrees or the finer scans"
-        )
-    return probed, wanted, sorted(set(budgets))
-
-
-def _holdout_points(study: Runner, count: int, seed: int) -> Array:
+def _holdout_points(runner: Runner, count: int, seed: int) -> Array:
     """Random points of the box and its corners, shape (runs, parameters)."""
-    sides = list(study.intervals.values())
-    lower, upper = (np.array([getattr(side, end) for side in sides]) for end in ("lower", "upper"))
-    points = study.drawn(lambda box: _random(box, count, seed))
-    if len(sides) > _MOST_CORNERS:
+    points = runner.drawn(lambda box: uniform_points(box, count, seed))
+    if len(runner.intervals) > _MOST_CORNERS:
         return points
-    corners = np.array(list(itertools.product(*zip(lower, upper, strict=True))))
-    return np.concatenate([points, corners])
+    ends = [(side.lower, side.upper) for side in runner.intervals.values()]
+    return np.concatenate([points, list(itertools.product(*ends))])
 
 
-def _random(box: Mapping[str, Interval], count: int, seed: int) -> Array:
-    lower, upper = (np.array([getattr(side, end) for side in box.values()]) for end in ("lower", "upper"))
-    points: Array = lower + (upper - lower) * default_rng(seed).random((count, len(box)))
-    return points
-
-
-def _run(study: Runner, degree: int | None, count: int) -> _Setting:
-    sides = list(study.intervals.values())
-    counts = (count,) * len(sides)
+def _grid(runner: Runner, degree: int | None, count: int) -> _Setting:
+    sides = list(runner.intervals.values())
+    counts, degrees = (count,) * len(sides), None
     if degree is None:
         grid = tensor_grid([np.linspace(side.lower, side.upper, count) for side in sides])
     else:
-        grid = chebyshev_grid(sides, counts)
-    degrees = None if degree is None else (degree,) * len(sides)
+        grid, degrees = chebyshev_grid(sides, counts), (degree,) * len(sides)
+    kind = "scan" if degree is None else "chebyshev"
+    setting = _Setting(kind, degree, count, len(grid) + 1, 0.0, "done")
     start = time.perf_counter()
     try:
-        found = carried_out(study, on_grid(study, grid, counts, degrees, "eq31"))
-        result, status = (None, found.failures[0].reason) if found.failures else (found, "done")
+        found = carried_out(runner, on_grid(runner, grid, counts, degrees, "eq31"))
+        if found.failures:
+            setting.status = found.failures[0].reason
+        else:
+            setting.bands, setting.stages = found.bands, sum(one.stages for one in found.stats)
     except SimulationError as error:
-        result, status = None, error.reason
-    kind = "scan" if degree is None else "chebyshev"
-    return _Setting(kind, degree, count, len(grid) + 1, result, time.perf_counter() - start, status)
+        setting.status = error.reason
+    setting.seconds = time.perf_counter() - start
+    return setting
 
 
-def _bands(study: Runner, budgets: Sequence[int], seed: int) -> list[_Setting]:
+def _bands(runner: Runner, budgets: Sequence[int], seed: int) -> list[_Setting]:
     """Calibrated bands of these numbers of runs; smaller ones use the first runs of the largest."""
     if not budgets:
         return []
     most = budgets[-1]
     try:
-        largest = carried_out(study, sampled.spread_evenly(study, most, 0.999, seed))
+        largest = carried_out(runner, sampled.spread_evenly(runner, most, 0.999, seed))
     except SimulationError as error:
-        return [_Setting("band", None, count, count + 1, None, math.nan, error.reason) for count in budgets]
+        return [_Setting("band", None, count, count + 1, math.nan, error.reason) for count in budgets]
     settings = []
     for count in budgets:
         start = time.perf_counter()
-        result = sampled.shortened(study, largest, count)
+        bands = largest.bands_of_first(count, runner.execution.threads)
         seconds = time.perf_counter() - start + largest.seconds * (count + 1) / (most + 1)
-        settings.append(_Setting("band", None, count, count + 1, result, seconds, "done"))
+        stages = sum(one.stages for one in [*largest.stats[:count], *largest.stats[-1:]])
+        settings.append(_Setting("band", None, count, count + 1, seconds, "done", bands, stages))
     return settings
 
 
 def _points(
-    setting: _Setting, probes: StudyResult, reference: dict[str, tuple[Array, Array]], study: Runner
+    setting: _Setting, probes: StudyResult, reference: dict[str, tuple[Array, Array]]
 ) -> Iterator[StudyTradeoffPoint]:
     """The points of all methods of bounding with the same runs."""
-    if setting.degree is None:
-        ways: dict[str, Callable[[Band], tuple[Array, Array]]] = {setting.kind: _limits}
-    else:
+    ways: dict[str, Callable[[Band], tuple[Array, Array]]] = {setting.kind: _limits}
+    if setting.degree is not None:
         ways = {"interval": _limits, "polynomial": _polynomial_limits, "sampled": _sampled_limits}
     unknown = np.full(len(reference), math.nan)
-    fits = unknown if setting.result is None or setting.degree is None else np.empty(len(reference))
-    if setting.result is not None and setting.degree is not None:
-        for index, (name, (lower, upper)) in enumerate(reference.items()):
-            fits[index] = _fit_error(setting.result[name], probes, np.max(upper - lower))
+    fits = unknown
+    if setting.bands is not None and setting.degree is not None:
+        sizes = (np.max(upper - lower) for lower, upper in reference.values())
+        fits = np.array(
+            [
+                _fit_error(setting.bands[name], probes, size)
+                for name, size in zip(reference, sizes, strict=True)
+            ]
+        )
     for bounds, limits in ways.items():
         start = time.perf_counter()
         numbers = [unknown, unknown, unknown]
-        if setting.result is not None:
-            found = [limits(setting.result[name]) for name in reference]
-            columns = [
-                _judge(*pair, *reference[name], probes[name].runs)
-                for name, pair in zip(reference, found, strict=True)
-            ]
-            numbers = [np.array(column) for column in zip(*columns, strict=True)]
+        if setting.bands is not None:
+            pairs = {name: limits(setting.bands[name]) for name in reference}
+            rows = [_judge(*pairs[name], *reference[name], probes[name].runs) for name in reference]
+            numbers = list(np.array(rows).T)
         yield StudyTradeoffPoint(
             bounds=bounds,
             degree=setting.degree,

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +25,7 @@ from ..report import html
 from ..report.document import Table
 from ..run.accuracy import HORIZON_PART
 from ..run.names import column_index
-from ..run.notices import Notice, WithNotices, as_plain
+from ..run.notices import Notice, WithNotices
 from ..run.settings import Settings
 from ..run.trajectory import Stats
 from ..scene.columns import column_unit
@@ -374,54 +373,13 @@ class Tradeoff(WithNotices, records.Saved, Exports, kind="tradeoff"):
         """
         return html.write(tradeoff_document(self, title), path)
 
-    def _contents(self) -> records.Contents:
-        runs = [*self.points, self.reference, self.check]
-        arrays = {
-            "t": self.t,
-            "ranges": self.ranges,
-            "horizon": np.stack([point.horizon for point in runs]),
-            "growth": np.stack([point.growth for point in runs]),
-        }
-        named = ("method", "rtol", "status", "end_time", "seconds")
-        facts = {
-            "outputs": self.outputs,
-            "runs": [
-                {name: getattr(point, name) for name in named} | {"stats": dataclasses.asdict(point.stats)}
-                for point in runs
-            ],
-            "notices": as_plain(self.notices),
-            "settings": dataclasses.asdict(self.settings),
-            "scene": json.loads(self.scene.to_json()),
-        }
-        return arrays, facts
-
-    @classmethod
-    def _from_contents(cls, arrays: Mapping[str, Any], facts: Mapping[str, Any]) -> Self:
-        *points, reference, check = (
-            TradeoffPoint(
-                **{**run, "stats": Stats.from_dict(run["stats"])},
-                horizon=arrays["horizon"][index],
-                growth=arrays["growth"][index],
-            )
-            for index, run in enumerate(facts["runs"])
-        )
-        outputs, t = tuple(facts["outputs"]), arrays["t"]
-        for point in (*points, reference, check):
-            records.sound(point, horizon=(len(outputs),), growth=(len(outputs), len(t)))
+    def _check_shapes(self) -> None:
+        count = len(self.outputs)
+        records.sound(self, ranges=(count,))
+        for point in (*self.points, self.reference, self.check):
+            records.sound(point, horizon=(count,), growth=(count, len(self.t)))
             if not 0.0 < point.rtol < math.inf:
                 raise ValueError(f"rtol {point.rtol} is no tolerance")
-        found = cls(
-            outputs=outputs,
-            ranges=arrays["ranges"],
-            t=t,
-            points=tuple(points),
-            reference=reference,
-            check=check,
-            notices=Notice.from_plain(facts["notices"]),
-            settings=Settings.from_dict(facts["settings"]),
-            scene=Scene.from_json(json.dumps(facts["scene"])),
-        )
-        return records.sound(found, ranges=(len(outputs),), t=(len(t),))
 
 
 def format_error(error: float, uncertainty: float) -> str:

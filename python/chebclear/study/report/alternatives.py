@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import math
 import warnings
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +15,6 @@ from ...errors import ChebclearError, ChebclearWarning
 from ...report.document import Block, Cell, Table, Text
 from ...run.simulation import simulate
 from ..band.band import Band
-from ..band.calibrated import calibrated_bands
 from ..band.independent import mean_share
 from ..band.margin import percent
 from ..polynomials.surrogate import Surrogate
@@ -35,34 +33,25 @@ _PATIENCE, _PART, _COST_OF_AN_ESTIMATE = 5.0, 0.25, 27.0
 
 
 def alternatives(result: StudyResult) -> list[Block]:
-    """Tables and sentences on fewer and more runs, and on looser and tighter tolerances.
-
-    Parameters
-    ----------
-    result : StudyResult
-        The study.
-
-    Returns
-    -------
-    list of Block
-        Empty where nothing was measured.
-    """
+    """Tables and sentences on fewer and more runs, and on looser and tighter tolerances; empty where nothing
+    was measured."""
     return [*_fewer_runs(result), *_fewer_values(result), *_lower_degree(result), *_tolerances(result)]
 
 
 def _fewer_runs(result: StudyResult) -> list[Block]:
     """Bands of the first half of the runs beside those of all, judged by the other half."""
-    kinds = {"band": _calibrated_half, "sample": _sampled_half}
     count = len(result.parameters) // 2
-    if result.kind not in kinds or count < _LEAST_HALF or not result.bands:
+    if result.kind not in _HOW_TO_ADD or count < _LEAST_HALF or not result.bands:
         return []
-    halves = kinds[result.kind](result, count)
+    halves = result.bands_of_first(count) if result.kind == "band" else {}
     rows: list[list[Cell]] = []
     for name, band in result.bands.items():
-        lower, upper = halves[name]
-        others = _by_run(result, band)[count : len(result.parameters)]
-        inside = float(((others >= lower) & (others <= upper)).mean())
-        rows.append([name, *_widths(upper - lower, band), _share(inside)])
+        values = result.values(name)
+        first, others = np.concatenate([values[:count], band.nominal[None]]), values[count:]
+        lower, upper = first.min(axis=0), first.max(axis=0)
+        if name in halves:
+            lower, upper = halves[name].lower, halves[name].upper
+        rows.append([name, *_compared(lower, upper, band, others)])
     total = len(result.parameters)
     head = ["output", f"mean width, {count} runs", f"mean width, {total} runs", "change", "other runs inside"]
     caption = f"The first {count} runs alone, judged by the other {total - count}"
@@ -88,48 +77,10 @@ _HOW_TO_ADD = {
 }
 
 
-def _by_run(result: StudyResult, band: Band) -> Array:
-    """The values of all runs, the first axis that of the runs; by crank angle the nominal one is the last."""
-    if band.angle is None:
-        return band.runs
-    return band.runs.reshape(len(result.parameters) + 1, -1, len(band.t))
-
-
-def _calibrated_half(result: StudyResult, count: int) -> Mapping[str, tuple[Array, Array]]:
-    """Bands of the first runs alone, by the rule of the whole; by crank angle with all their revolutions."""
-    names = list(result.bands)
-    bands = list(result.bands.values())
-    first: Band = bands[0]
-    parts = []
-    for band in bands:
-        runs = _by_run(result, band)
-        nominal = band.nominal if band.angle is None else runs[-1]
-        parts.append(np.concatenate([runs[:count], nominal[None]]))
-    assert result.requirement is not None, "of a band"
-    requirement = dataclasses.replace(result.requirement, runs=count, failed=0)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ChebclearWarning)
-        made = calibrated_bands(
-            first.t,
-            names,
-            np.stack(parts, axis=-1),
-            dict(result.intervals),
-            result.parameters[:count],
-            requirement,
-            nominal_parameters=result.nominal_parameters,
-        )
-    return {name: (band.lower, band.upper) for name, band in made.items()}
-
-
-def _sampled_half(result: StudyResult, count: int) -> Mapping[str, tuple[Array, Array]]:
-    """The extremes of the first runs and of the nominal one."""
-    return {
-        name: (
-            np.minimum(band.runs[:count].min(axis=0), band.nominal),
-            np.maximum(band.runs[:count].max(axis=0), band.nominal),
-        )
-        for name, band in result.bands.items()
-    }
+def _compared(lower: Array, upper: Array, band: Band, others: Array) -> list[Cell]:
+    """The widths of other bounds and of a band, and the share of runs that are within the former."""
+    inside = float(((others >= lower) & (others <= upper)).mean())
+    return [*_widths(upper - lower, band), f"{math.floor(1e4 * inside) / 1e2:g} %"]
 
 
 def _widths(width: Array, band: Band) -> list[Cell]:
@@ -162,10 +113,8 @@ def _fewer_values(result: StudyResult) -> list[Block]:
     rows: list[list[Cell]] = []
     for name, band in result.bands.items():
         part = np.concatenate([band.runs[: few.size][few], band.nominal[None]])
-        lower, upper = part.min(axis=0), part.max(axis=0)
         others = band.runs[: few.size][~few]
-        inside = float(((others >= lower) & (others <= upper)).mean())
-        rows.append([name, *_widths(upper - lower, band), _share(inside)])
+        rows.append([name, *_compared(part.min(axis=0), part.max(axis=0), band, others)])
     values, own = (" x ".join(str(count) for count in each) for each in (map(len, kept), result.nodes))
     head = [
         "output",
@@ -269,7 +218,3 @@ def _error(error: Any, band: Band) -> str:
     if not error.diverged:
         return share
     return f"{share} until {format_quantity(error.horizon, 's', 3)}, where runs diverge"
-
-
-def _share(share: float) -> str:
-    return f"{math.floor(1e4 * share) / 1e2:g} %"

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
-from typing import TYPE_CHECKING, Any, Self
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +14,7 @@ from ...base.named import Named
 from ...base.shown import listed
 from ...report import html
 from ...report.document import Table
-from ...run.notices import Notice, as_plain
+from ...run.notices import Notice
 from .exact import exact_interval
 from .specification import Specification
 
@@ -29,7 +28,6 @@ Array = NDArray[np.float64]
 _RUNS_OF_PPK = 3513
 # The quantiles of a process that stand for three standard deviations (ISO 22514).
 _TAILS = (0.00135, 0.5, 0.99865)
-_ARRAYS = ("counts", "intervals", "lowest", "highest")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -197,30 +195,6 @@ class Conformance(records.Saved, Named[Share], kind="conformance"):
 
     def _repr_html_(self) -> str:
         return html.fragment(repr(self)[1:-1], [self.table])
-
-    def _contents(self) -> records.Contents:
-        arrays = {"drawn": self.parameters}
-        shares = []
-        for number, one in enumerate(self.shares.values()):
-            arrays |= {f"share{number}.{name}": getattr(one, name) for name in _ARRAYS}
-            plain = {item.name: getattr(one, item.name) for item in fields(one) if item.name not in _ARRAYS}
-            shares.append(plain | {"specification": asdict(one.specification)})
-        facts = {"shares": shares, "names": self.parameter_names, "seed": self.seed}
-        return arrays, facts | {"notices": as_plain(self.notices)}
-
-    @classmethod
-    def _from_contents(cls, arrays: Mapping[str, Any], facts: Mapping[str, Any]) -> Self:
-        shares = {}
-        for number, plain in enumerate(facts["shares"]):
-            own = {name: arrays[f"share{number}.{name}"] for name in _ARRAYS}
-            made = {
-                "specification": Specification(**plain["specification"]),
-                "at": tuple(plain["at"]),
-                "limits": tuple(plain["limits"]),
-            }
-            shares[plain["name"]] = Share(**plain | own | made)
-        names, notices = tuple(facts["names"]), Notice.from_plain(facts["notices"])
-        return records.sound(cls(shares, arrays["drawn"], names, facts["seed"], notices))
 
 
 def share_of(
