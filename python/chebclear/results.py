@@ -45,8 +45,7 @@ from .study.results import StudyResult as StudyResult
 from .study.sweep import LiftOff as LiftOff, Resonance as Resonance, Sweep as Sweep
 from .templates.template import Parameter as Parameter, Template as Template
 from .tradeoffs.bounds import StudyTradeoff as StudyTradeoff, StudyTradeoffPoint as StudyTradeoffPoint
-from .tradeoffs.point import TradeoffPoint as TradeoffPoint
-from .tradeoffs.recommendation import Recommendation as Recommendation
+from .tradeoffs.recommendation import Recommendation as Recommendation, TradeoffPoint as TradeoffPoint
 from .tradeoffs.result import Tradeoff as Tradeoff
 
 __all__ = sorted(name for name in vars() if not name.startswith("_"))

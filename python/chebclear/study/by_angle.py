@@ -49,24 +49,8 @@ def turning(
 ) -> tuple[Settings, Revolutions]:
     """Settings with which samples can be taken at the same crank angles in every revolution.
 
-    Parameters
-    ----------
-    study : Runner
-        The study.
-    settings : Settings or None
-        Its settings; `samples` are those of a revolution, and a drive at constant speed needs neither `skip`
-        nor `duration`. None if the runs are not simulated here.
-    revolutions : int
-        Revolutions of every run [-].
-    discard : int
-        Number of first revolutions that are not pooled [-].
-    joint : str or None
-        Joint whose angle is the crank angle; that of the only drive at constant speed if None.
-
-    Raises
-    ------
-    ValueError
-        If an argument is wrong, or the crank does not turn.
+    The `samples` of the study are those of a revolution; a drive at constant speed needs neither `skip` nor
+    `duration`. The joint is that whose angle is the crank angle, of the only drive at constant speed if None.
     """
     checks = Checks()
     if settings is None:
@@ -195,12 +179,8 @@ def _affordable(samples: int) -> int:
 def cut(runs: RunTable, revolutions: Revolutions) -> RunTable:
     """The runs by revolution: values of shape (runs, revolutions, samples, outputs).
 
-    The full turns since the first sample are subtracted from output angles.
-
-    Raises
-    ------
-    ValueError
-        If an output only grows, or a run makes fewer revolutions than are asked for.
+    The full turns since the first sample are subtracted from output angles. ValueError is raised if an output
+    only grows, or a run makes fewer revolutions than are asked for.
     """
     sums = [name for name in runs.outputs if name.rpartition(".")[2] in _SUMS]
     if sums:

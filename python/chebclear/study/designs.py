@@ -142,25 +142,10 @@ def on_grid(
     random: bool = False,
     kind: str | None = None,
 ) -> Design:
-    """Runs whose bands are those of polynomials or their extremes.
+    """Runs on a grid of so many nodes or points of each parameter, then others that check the polynomials.
 
-    Parameters
-    ----------
-    runner : Runner
-        Makes the runs.
-    points : ndarray, shape (runs, parameters)
-        Parameters of the runs [SI units]; if there are degrees, those of `chebyshev_grid`, then others that
-        check the polynomials.
-    counts : tuple of int
-        Nodes or points of each parameter [-].
-    degrees : tuple of int or None
-        Degrees to fit [-]; None takes the extremes of the runs as bounds.
-    bounds : {"range", "eq31"}
-        Bounds of polynomials, see `Study.chebyshev`.
-    random : bool
-        Whether the points are spread at random over the box.
-    kind : str, optional
-        Kind of the result; ``"chebyshev"`` or ``"scan"`` by the degrees if not given.
+    Without degrees their extremes are the bounds. The points may be spread at `random` over the box; the
+    `kind` of the result is ``"chebyshev"`` or ``"scan"`` by the degrees if it is not given.
     """
 
     def result(runs: RunTable) -> StudyResult:

@@ -100,14 +100,8 @@ class Runner:
         )
 
     def drawn(self, draw: Callable[[dict[str, Interval]], Array]) -> Array:
-        """Points of the box that are the same for each parameter wherever the user names it.
-
-        Parameters
-        ----------
-        draw : callable
-            Returns the points of a box, shape (runs, parameters). It gets the parameters in the order in
-            which the model declares them.
-        """
+        """Points of the box that are the same for each parameter wherever the user names it: `draw` makes
+        them, shape (runs, parameters), for the parameters in the order in which the model declares them."""
         names = declared_order(self.build, self.intervals)
         points = draw({name: self.intervals[name] for name in names})
         if names == list(self.intervals):
@@ -209,13 +203,7 @@ def checked_runner(
     progress: bool | Progress | None,
     how: tuple[Any, ...],
 ) -> Runner:
-    """The source of runs that the arguments of `Study` say.
-
-    Raises
-    ------
-    ValueError, TypeError
-        If one is wrong; all problems are listed.
-    """
+    """The source of runs that the arguments of `Study` say; all problems of these are listed."""
     checks = Checks()
     # Simulations have a duration; a model of the user's own returns its instants.
     settings_given = settings is not None

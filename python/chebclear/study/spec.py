@@ -35,13 +35,7 @@ MAX_RUNS = 20_000
 
 
 class Absent:
-    """What stands in a specification for a Python object that could not travel with it.
-
-    Parameters
-    ----------
-    name : str
-        Module and name of the function, or of the type of the object.
-    """
+    """What stands for a Python object that could not travel: the name of the function, or of its type."""
 
     def __init__(self, name: str) -> None:
         self.name = name

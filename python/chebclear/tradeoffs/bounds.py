@@ -22,7 +22,7 @@ from ..data.exports import Exports
 from ..report import html
 from ..report.document import Table
 from ..run.notices import Notice, WithNotices
-from .bounds_report import costs_document
+from .report import costs_document
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -205,6 +205,12 @@ class StudyTradeoff(WithNotices, records.Saved, Exports, kind="study tradeoff"):
             f"{format_number(point.seconds, 2)} s"
         )
 
+    @property
+    def changes(self) -> str:
+        """The `reference_change` of each output, in words."""
+        changes = zip(self.outputs, self.reference_change, strict=True)
+        return ", ".join(f"{name} {100.0 * change:.2g} %" for name, change in changes)
+
     def table(self) -> str:
         """The results as a Markdown table, with one row for each setting.
 
@@ -221,14 +227,10 @@ class StudyTradeoff(WithNotices, records.Saved, Exports, kind="study tradeoff"):
         )
 
     def __str__(self) -> str:
-        changes = ", ".join(
-            f"{name} {100.0 * change:.2g} %"
-            for name, change in zip(self.outputs, self.reference_change, strict=True)
-        )
         head = (
             f"Reference: hull of {self.reference_runs} runs, an inner bound; that of half of them is "
-            f"narrower by {changes}. Hold-out: {self.holdout} runs at random points and, with up to eight "
-            "parameters, at the corners of the box, where more samples are outside."
+            f"narrower by {self.changes}. Hold-out: {self.holdout} runs at random points and, with up to "
+            "eight parameters, at the corners of the box, where more samples are outside."
         )
         chosen = f"Recommended: {self.recommendation()} (fewest runs for widths within 25 % and 99 % inside)"
         return f"{head}\n{format_table(*self.cells())}\n{chosen}"

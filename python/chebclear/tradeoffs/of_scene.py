@@ -28,9 +28,8 @@ from ..run.settings import (
 from ..run.simulation import run_scene
 from ..run.trajectory import Trajectory
 from ..scene.scene import Scene
-from .point import TradeoffPoint as TradeoffPoint
-from .recommendation import power
-from .result import Tradeoff as Tradeoff
+from .recommendation import TradeoffPoint, power
+from .result import Tradeoff
 
 # Default limit of the steps of a measured run: a second or two. A setting that needs more is not a candidate,
 # and twenty of them would take hours.

@@ -21,17 +21,8 @@ _PANELS = 4
 
 
 def write(result: Tradeoff, recommendation: Recommendation, directory: Path) -> None:
-    """Write ``tradeoff.md``, ``tradeoff.npz``, ``tradeoff.png`` and ``report.html``, all of them or none.
-
-    Parameters
-    ----------
-    result : Tradeoff
-        What was measured.
-    recommendation : Recommendation
-        What is recommended.
-    directory : Path
-        Where to; made if it does not exist.
-    """
+    """Write ``tradeoff.md``, ``tradeoff.npz``, ``tradeoff.png`` and ``report.html`` into a folder, which is
+    made if it does not exist: all of them or none."""
     with complete_folder(directory) as folder:
         (folder / "tradeoff.md").write_text(markdown(result, recommendation), encoding="utf-8")
         result.save(folder / "tradeoff.npz")

@@ -15,8 +15,8 @@ from ..base.arguments import Checks, did_you_mean
 from ..base.shown import spoken
 from ..base.tables import format_number
 from ..base.units import unit
+from ..run.trajectory import Stats
 from ..scene.columns import column_unit
-from .point import TradeoffPoint
 
 if TYPE_CHECKING:
     from .result import Tradeoff
@@ -35,6 +35,46 @@ _NAMED = 3
 # Least uncertainty relative to the range of an output: two runs may agree to the last bit, as in free flight
 # before the first impact, although their rounding errors are of this size.
 _ROUNDING = 1e-14
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TradeoffPoint(records.ArrayRecord):
+    """Cost and accuracy of one method at one tolerance.
+
+    Attributes
+    ----------
+    method : str
+        Integrator.
+    rtol : float
+        Relative tolerance of the integrator [-].
+    status : str
+        ``"done"``, or the word for why the run ended early.
+    end_time : float
+        Where the run ended [s].
+    stats : Stats
+        What the run cost, in counts that do not depend on the machine.
+    seconds : float
+        What the run cost on this machine, the best of the repeats [s].
+    horizon : Array
+        First sample that is off the reference by more than 1 % of the range [s], shape (outputs,).
+    growth : Array
+        Largest difference from the reference up to each instant in the unit of the output. The shape is
+        (outputs, instants); NaN after the end of a run that failed.
+    """
+
+    method: str
+    rtol: float
+    status: str
+    end_time: float = field(metadata=unit("s"))
+    stats: Stats
+    seconds: float = field(metadata=unit("s"))
+    horizon: Array = field(metadata=unit("s"))
+    growth: Array
+
+    @property
+    def success(self) -> bool:
+        """Whether the run reached its end."""
+        return self.status == "done"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -72,21 +112,10 @@ class Recommendation(records.ArrayRecord):
 
 
 def largest_error(t: Array, growth: Array, until: float | None) -> Array:
-    """Largest difference of each output up to a time.
+    """Largest difference of each output from the reference up to a time [s]; up to the end if it is None.
 
-    Parameters
-    ----------
-    t : ndarray, shape (instants,)
-        Instants [s].
-    growth : ndarray, shape (outputs, instants)
-        Largest difference up to each instant in the unit of the output.
-    until : float or None
-        The time [s]; the end if None. Between two instants the later one counts.
-
-    Returns
-    -------
-    ndarray, shape (outputs,)
-        In the units of the outputs; NaN if the run ended before.
+    From those up to the instants t, shape (outputs, instants): between two the later one counts. NaN if the
+    run ended before.
     """
     # A time that was computed may lie past its instant by rounding.
     index = len(t) - 1 if until is None else int(np.searchsorted(t, until * (1.0 - 1e-12)))

@@ -1,11 +1,11 @@
-"""The report of accuracy against cost."""
+"""The reports of accuracy against cost: of the runs of a scene, and of the bounds of a study."""
 
 from __future__ import annotations
 
 from functools import partial
 from typing import TYPE_CHECKING
 
-from ..plots.costs import plot_tradeoff
+from ..plots.costs import plot_study_tradeoff, plot_tradeoff
 from ..plots.drawing.scene import mechanism_picture
 from ..report.document import Document, Picture, Section, Table, Text
 from ..run.report import reproduction, run_script, version_fact, warnings_section
@@ -13,10 +13,13 @@ from ..run.report import reproduction, run_script, version_fact, warnings_sectio
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from .bounds import StudyTradeoff
     from .result import Tradeoff
 
 ACCURACIES = (1e-1, 1e-2, 1e-3, 1e-4)
 """Largest errors, relative to the range of each output, that a report recommends settings for [-]."""
+WIDTH_ERRORS = (0.5, 0.25, 0.1, 0.05)
+"""Largest relative errors of the width that a report recommends bounds for [-]."""
 
 
 def tradeoff_document(result: Tradeoff, title: str | None) -> Document:
@@ -66,3 +69,46 @@ def tradeoff_document(result: Tradeoff, title: str | None) -> Document:
 
 def _costs(result: Tradeoff, name: str, ax: Axes) -> None:
     plot_tradeoff(result, name, ax=ax)
+
+
+def costs_document(result: StudyTradeoff, title: str | None) -> Document:
+    """The report of bounds against runs; see `StudyTradeoff.report`."""
+    answer = [f"Widths within {100.0 * part:g} %: {result.recommendation(part)}." for part in WIDTH_ERRORS]
+    doubts = [
+        f"The reference is what {result.reference_runs} runs reach together, an inner bound. Half of them, "
+        f"drawn at random, reach less by {result.changes}: errors of that size mean nothing.",
+        *(f"{point} failed: {point.status}." for point in result.points if point.status != "done"),
+    ]
+    head, rows = result.cells()
+    pictures = [
+        Picture(
+            f"Error of the width of {name} against the number of runs, a line for each way of bounding.",
+            partial(_bounds, result, name),
+        )
+        for name in result.outputs[:4]
+    ]
+    return Document(
+        title=title or "Which bounds does this study need, and how many runs?",
+        facts=[f"{len(result.points)} settings compared", f"{result.holdout} hold-out runs", version_fact()],
+        answer=answer,
+        doubts=doubts,
+        sections=[
+            Section(
+                "Accuracy against cost",
+                [
+                    Text(
+                        "The error of the width is its mean over time, relative to that of the reference: "
+                        "positive if too wide. The next columns are the share of hold-out samples inside, "
+                        "how far they escape, and the error of the polynomial at them."
+                    ),
+                    Table("Every setting with its cost and what it delivers", head, rows),
+                    *pictures,
+                ],
+            ),
+            *warnings_section(result.warnings),
+        ],
+    )
+
+
+def _bounds(result: StudyTradeoff, name: str, ax: Axes) -> None:
+    plot_study_tradeoff(result, name, ax=ax)

@@ -31,8 +31,7 @@ from ..run.trajectory import Stats
 from ..scene.columns import column_unit
 from ..scene.scene import Scene
 from . import recommendation as recommend
-from .point import TradeoffPoint
-from .recommendation import Recommendation, in_words, largest_error, power
+from .recommendation import Recommendation, TradeoffPoint, in_words, largest_error, power
 from .report import tradeoff_document
 
 if TYPE_CHECKING:

@@ -29,29 +29,9 @@ def study_dataset(
     units: Mapping[str, str],
     facts: Mapping[str, str | int | float],
 ) -> Dataset:
-    """Bands and runs of a study.
+    """Bands, runs, parameters and features of a study with their units; see `StudyResult.dataset`.
 
-    Parameters
-    ----------
-    t : ndarray, shape (samples,)
-        Instants [s].
-    bands : mapping of str to Band
-        Band of each output.
-    parameters : mapping of str to ndarray, shape (runs,)
-        Values of each parameter in the runs [SI units].
-    features : mapping of str to ndarray, shape (runs, cycles)
-        Features of the runs.
-    units : mapping of str to str
-        Units of parameters and features, as far as they are known.
-    facts : mapping
-        What else is known.
-
-    Returns
-    -------
-    Dataset
-        ``OUTPUT.lower``, ``.upper`` and ``.nominal`` over ``t``, ``OUTPUT.runs`` over ``run`` and ``t``,
-        ``parameters.NAME`` over ``run``. By crank angle ``angle`` is over ``t`` and ``OUTPUT.runs`` over
-        ``run``, ``cycle`` and ``t``.
+    By crank angle ``angle`` is over ``t`` and ``OUTPUT.runs`` over ``run``, ``cycle`` and ``t``.
     """
     variables = {"t": Variable(("t",), t, "s")}
     metadata = dict(facts)

@@ -14,7 +14,7 @@ from ...errors import ArgumentError, describe
 from ...run.features import Feature
 from ...run.notices import Notice
 from ...scene.scene import Interval
-from ..polynomials.points import empty_together, is_grid, nominal_point
+from ..polynomials.points import empty_together, is_grid, nominal_point, on_cube
 from .filled import copies_of, gaps, spread
 from .own import check_own_features, sampled_feature
 from .returned import time_axis
@@ -80,8 +80,10 @@ class FinishedRuns:
 
     def require_filled(self, points: Array) -> None:
         """Refuse runs that leave out a part of the box in which others of the table are."""
-        columns = [dict(zip(self.intervals, one.T, strict=True)) for one in (self.points, points)]
-        everywhere, found = (gaps(one, self.intervals) for one in columns)
+        everywhere, found = (
+            gaps(dict(zip(self.intervals, one.T, strict=True)), self.intervals)
+            for one in (self.points, points)
+        )
         for name, text in found.items():
             if name not in everywhere:
                 raise ArgumentError(
@@ -102,13 +104,7 @@ class FinishedRuns:
         return own | {name: found.values[0, :, index] for index, name in enumerate(found.outputs)}
 
     def runs(self, points: Array, *, midpoint: bool) -> RunTable:
-        """The runs at the points and, if asked for, last the nominal one.
-
-        Raises
-        ------
-        ValueError
-            If the table has no run at one of the points.
-        """
+        """The runs at the points and, if asked for, last the nominal one; ValueError if there are none."""
         own, wanted = self._on_cube(self.parameters), self._on_cube(points)
         rows, missing = self._rows(points), []
         if rows is None:
@@ -159,9 +155,7 @@ class FinishedRuns:
         return rows.tolist() if np.array_equal(self.parameters[rows], points) else None
 
     def _on_cube(self, points: Array) -> Array:
-        middle = np.array([side.midpoint for side in self.intervals.values()])
-        half = np.array([side.half_width for side in self.intervals.values()])
-        return np.asarray((points - middle) / half)
+        return on_cube(self.intervals, points)
 
 
 def finished_runs(
@@ -175,13 +169,7 @@ def finished_runs(
     independent: bool,
     units: Mapping[str, str] | None = None,
 ) -> FinishedRuns:
-    """A table of runs, checked; arguments as those of `Study.from_runs`.
-
-    Raises
-    ------
-    ValueError, TypeError
-        If the table is not one; all problems are listed.
-    """
+    """A table of runs; arguments as those of `Study.from_runs`, all problems of which are listed."""
     checks = Checks()
     if not isinstance(independent, bool | np.bool_):
         checks.add(f"independent must be True or False, got {independent!r}", wrong_type=True)

@@ -35,24 +35,8 @@ Array = NDArray[np.float64]
 
 
 def sampled_feature(feature: Feature, t: Array, values: Array, cycles: int) -> Array:
-    """A feature of sampled values, shape (..., cycles); values between the samples do not count.
-
-    Parameters
-    ----------
-    feature : Feature
-        A feature of an output.
-    t : ndarray, shape (samples,)
-        Instants [s].
-    values : ndarray, shape (..., samples)
-        In the unit of the output.
-    cycles : int
-        Equal pieces of the time [-]; each needs two samples.
-
-    Raises
-    ------
-    ValueError
-        If there are too few samples.
-    """
+    """A feature of sampled values of shape (..., samples), in equal pieces of the time, shape (..., cycles);
+    values between the samples do not count. ValueError if there are too few."""
     if cycles > len(t) - 1:
         raise ArgumentError(f"{cycles} cycles need at least {cycles + 1} samples, got {len(t)}")
     found = []
@@ -159,18 +143,10 @@ class OwnModel:
         report: Callable[[int, int], None] | None,
         execution: ExecutionOptions,
     ) -> RunTable:
-        """The runs at the points and, if asked for, last at the nominal values.
+        """The runs at the points and, if asked for, last at the nominal values; see `Study` for its errors.
 
         `report` gets the runs done and the runs in all; `execution` says where they are made and what becomes
         of those that fail.
-
-        Raises
-        ------
-        ValueError, TypeError
-            If the model returns something else than finite numbers, or its runs differ in names or instants,
-            for the nominal run, for most runs, or for one if that must raise.
-        StoreError
-            If the store cannot be used.
         """
         rows = np.vstack([points, nominal_point(self.intervals)]) if midpoint else points
         given = [dict(zip(self.intervals, map(float, row), strict=True)) for row in rows]

@@ -93,13 +93,8 @@ class UnknownValueError(ValueError):
 
 
 def reached(function: Any) -> dict[str, str]:
-    """Text or hash of each part that a function can reach, by kind and name.
-
-    Raises
-    ------
-    UnknownValueError
-        If a part cannot be compared.
-    """
+    """Text or hash of each part that a function can reach, by kind and name; UnknownValueError if one cannot
+    be compared."""
     return {"package python": platform.python_version()} | _Walk("model", function).parts
 
 
@@ -115,13 +110,8 @@ def is_data(value: Any) -> bool:
 
 
 def value_text(value: Any) -> str:
-    """A value with everything that it can reach, as text or hash; equal for equal values.
-
-    Raises
-    ------
-    UnknownValueError
-        If it cannot be compared.
-    """
+    """A value with everything that it can reach, as text or hash; equal for equal values. UnknownValueError
+    if it cannot be compared."""
     parts = _Walk("value", value).parts
     return parts["value"] if len(parts) == 1 or is_data(value) else _hash(repr(sorted(parts.items())))
 

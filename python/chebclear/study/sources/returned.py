@@ -64,15 +64,8 @@ def time_axis(checks: Checks, given: object) -> Array:
 
 
 def read_run(given: object) -> ReturnedRun:
-    """The result of a model, checked; all problems together.
-
-    Raises
-    ------
-    TypeError, ValueError
-        If it is not a mapping of instants, arrays and numbers.
-    NotFiniteError
-        If it is one, but not all of its values are finite.
-    """
+    """The result of a model, checked: TypeError or ValueError, all problems together, if it is not a mapping
+    of instants, arrays and numbers, NotFiniteError if it is one with values that are not finite."""
     checks = Checks()
     unknown: list[str] = []
     if isinstance(given, Scene):

@@ -51,15 +51,7 @@ MOST_RUNS = 1_000_000
 
 
 class Scenes(Sequence[Scene]):
-    """The scenes of runs, each built on request.
-
-    Parameters
-    ----------
-    numbers : ndarray
-        Numbers of the runs.
-    build : callable
-        Makes the scene of a run by its number.
-    """
+    """The scenes of the runs with some numbers, each built on request."""
 
     def __init__(self, numbers: NDArray[np.intp], build: Callable[[int], Scene]) -> None:
         self._numbers = numbers
@@ -79,30 +71,11 @@ class Scenes(Sequence[Scene]):
 
 
 class SceneRuns:
-    """Simulation of the runs at some points.
+    """Simulation of the runs at some points, and of the nominal one, as the last, if the midpoint is asked
+    for.
 
-    Parameters
-    ----------
-    scene : callable
-        Makes the scene from parameters by name; its errors name them.
-    many : callable or None
-        What makes the numbers of many scenes at once from their parameters, if anything does.
-    intervals : mapping of str to Interval
-        Interval of each parameter [SI units].
-    points : ndarray, shape (runs, parameters)
-        Parameters of the runs [SI units].
-    settings : Settings
-        Settings of a run; outputs may be patterns.
-    features : mapping of str to Feature or callable
-        Features of every run by name.
-    execution : ExecutionOptions
-        Where runs are simulated, and how failed runs are treated.
-    rtol : float
-        Relative tolerance of the study [-], which single analyses replace.
-    midpoint : bool
-        Whether the nominal run is simulated too, as the last one.
-    usage : Usage
-        What the result takes besides the samples.
+    `scene` makes a scene from parameters by name, and `many` the numbers of many at once, if anything does;
+    `rtol` is the tolerance of the study, which single analyses replace, and `usage` what the result takes.
     """
 
     def __init__(
