@@ -33,7 +33,7 @@ from .requirements.specification import ALL, Specification, checked_specificatio
 from .results import StudyResult
 from .runner import Runner
 from .sources.finished import FinishedRuns
-from .sources.run_table import RunTable
+from .sources.run_table import RunTable, runs_of
 from .sources.scenes import MOST_RUNS
 from .sources.units import units_of
 from .spec import declared_order
@@ -270,7 +270,7 @@ def _of_runs(runner: Runner, result: StudyResult) -> Conformance:
     """Shares of the mechanisms of a result, which were drawn from the distributions."""
     watched = watching_for(runner, runner.requirements)[1]
     outputs = [one.quantity for one in runner.requirements.values() if one.quantity in result.bands]
-    runs = result.run_table(outputs)[: len(result.parameters)]
+    runs = runs_of(result, outputs)[: len(result.parameters)]
     count = len(result.parameters) + count_failed(result.failures)
     extremes = [
         extremes_of(runs, name, one, watched[name], count) for name, one in runner.requirements.items()

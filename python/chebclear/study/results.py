@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 import os
 from collections.abc import Mapping, Sequence, ValuesView
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Self, overload
+from typing import Any, Self, get_type_hints, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +20,7 @@ from ..base.units import unit
 from ..data.dataset import Dataset
 from ..data.exports import Exports
 from ..errors import ArgumentError, UnknownNameError
-from ..execution.counts import Costs
+from ..execution.counts import STATS, Costs
 from ..execution.failures import FailedRun, count_failed
 from ..report import html
 from ..run.dataset import common_facts
@@ -39,17 +38,21 @@ from .features.features import NO_FEATURES, FeatureResult, FeatureTable
 from .features.ranking import Ranking
 from .polynomials.points import nominal_point
 from .polynomials.surrogate import BoundKind
-from .report.dataset import facts_of, more_arrays, study_dataset
+from .report.dataset import study_dataset
 from .report.document import study_document, verdict_table
 from .report.summary import summary
 from .requirements.conformance import Conformance
-from .sources.run_table import RunTable
+from .sources.run_table import OF_RUNS, RunTable
 from .spec import StudySpec
 
 Array = NDArray[np.float64]
 
-# Fields that are those of the table of runs.
-_OF_RUNS = ("stats", "notices", "settings", "scene", "nominal_parameters", "failures", "seconds")
+# Fields that a file has as they are; bands are made again of the runs.
+_SAVED = (
+    *OF_RUNS[1:],
+    *("kind", "degrees", "nodes", "bounds", "requirement", "features", "worst_cases", "units", "seed"),
+    "conformance",
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -310,29 +313,6 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
             return band
         return self.features
 
-    def run_table(self, outputs: Sequence[str]) -> RunTable:
-        """The runs with some of the outputs, the nominal one last."""
-        empty, table = np.empty((len(self.parameters) + 1, 0, 0)), self.features
-        return RunTable(
-            self.parameters,
-            np.arange(len(self.parameters)),
-            self.t,
-            tuple(outputs),
-            np.stack([self.table(name) for name in outputs], axis=-1) if outputs else empty,
-            np.concatenate([table.runs, table.nominal[None]]) if table else None,
-            table.names,
-            **{name: getattr(self, name) for name in _OF_RUNS}
-            | {"stats": Costs.joined([self.stats]), "notices": ()},
-        )
-
-    def bands_of_first(self, runs: int, threads: int | None = None) -> dict[str, Band]:
-        """The bands of the first runs of a result of `Study.band` alone, by the rule of the whole."""
-        assert self.requirement is not None, "a result of Study.band"
-        requirement = dataclasses.replace(self.requirement, runs=runs, failed=0)
-        values = self.run_table(self.outputs).values
-        first = np.concatenate([values[:runs], values[-1:]]), self.intervals, self.parameters[:runs]
-        return calibrated_bands(self.t, self.outputs, *first, requirement, threads, self.nominal_parameters)
-
     @classmethod
     def from_runs(
         cls,
@@ -354,7 +334,7 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
         at = nominal_point(intervals, runs.nominal_parameters)
         given = dict(units or {})
         facts |= {"bounds": bounds, "requirement": requirement, "units": given}
-        facts |= {name: getattr(runs, name) for name in _OF_RUNS}
+        facts |= {name: getattr(runs, name) for name in OF_RUNS}
         table = runs.t, runs.outputs, runs.values, intervals, runs.parameters
         if requirement is not None:
             bands = calibrated_bands(*table, requirement, threads, at)
@@ -415,45 +395,31 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
         empty = np.empty((len(self.parameters) + 1, len(self.t), 0))
         parts = list(zip(*map(self._tables, self.bands), strict=True))
         values = records.Stacked(parts) if self.bands else empty
-        arrays = {"t": self.t, "values": values, "parameters": self.parameters}
-        more: dict[str, Any] = more_arrays(self)
-        shares = records.flattened(self.conformance, "conformance", more)
-        return {**arrays, **more}, {**facts_of(self), "conformance": shares}
+        arrays = {"t": self.t, "parameters": self.parameters, "stats": Costs.joined([self.stats]).counts}
+        record = {name: records.flattened(getattr(self, name), name, arrays) for name in _SAVED}
+        facts = {"outputs": self.outputs, "spec": None if self.spec is None else self.spec.facts()}
+        facts["intervals"] = records.flattened(self.intervals, "", arrays)
+        return {**arrays, "values": values}, {**facts, "record": record}
 
     @classmethod
     def _from_contents(cls, arrays: Mapping[str, Any], facts: Mapping[str, Any]) -> Self:
-        intervals = {name: Interval(*numbers) for name, numbers in facts["intervals"].items()}
+        kinds = get_type_hints(cls)
+        known = {name: records.restored(kinds[name], one, arrays) for name, one in facts["record"].items()}
+        if facts["spec"] is not None:
+            known["spec"] = StudySpec.from_facts(facts["spec"])
         runs = RunTable(
             arrays["parameters"],
             np.arange(len(arrays["parameters"])),
             arrays["t"],
-            facts["outputs"],
+            tuple(facts["outputs"]),
             arrays["values"],
             features=None,
             feature_names=(),
-            notices=Notice.from_plain(facts["notices"]),
-            failures=tuple(FailedRun(**one) for one in facts.get("failures", ())),
-            stats=Costs.joined([[Stats.from_dict(one) for one in facts["stats"]]]),
-            settings=None if facts["settings"] is None else Settings.from_dict(facts["settings"]),
-            seconds=facts.get("seconds", math.nan),
-            nominal_parameters=arrays.get("nominal_parameters"),
-            scene=None if facts["scene"] is None else Scene.from_json(json.dumps(facts["scene"])),
+            stats=Costs(np.asarray(arrays["stats"], dtype=float).reshape(-1, len(STATS))),
+            **{name: known.pop(name) for name in OF_RUNS if name != "stats"},
         )
-        found = cls.from_runs(
-            runs,
-            intervals,
-            kind=facts.get("kind_of_study"),
-            features=FeatureTable.of_file(arrays, facts, intervals) if "features" in facts else NO_FEATURES,
-            degrees=None if facts["degrees"] is None else tuple(facts["degrees"]),
-            nodes=tuple(facts["nodes"]),
-            bounds=facts["bounds"],
-            requirement=Requirement.from_dict(facts.get("requirement")),
-            worst_cases=tuple(WorstCase(**case) for case in facts.get("worst_cases", ())),
-            units=facts.get("units"),
-            seed=facts.get("seed"),
-            spec=StudySpec.from_facts(facts["spec"]) if facts.get("spec") is not None else None,
-            conformance=records.restored(Conformance | None, facts["conformance"], arrays),
-        )
+        intervals = records.restored(dict[str, Interval], facts["intervals"], arrays)
+        found = cls.from_runs(runs, intervals, **known)
         if not found.bands and not found.features:
             raise ValueError("it has neither outputs nor features")
         return records.sound(found)

@@ -29,7 +29,7 @@ from .polynomials.points import in_box, on_cube, random_points, sobol_points
 from .results import StudyResult
 from .runner import Runner
 from .sources.finished import FinishedRuns
-from .sources.run_table import RunTable
+from .sources.run_table import RunTable, runs_of
 from .sources.scenes import MOST_RUNS
 
 Array = NDArray[np.float64]
@@ -245,7 +245,7 @@ def extended(
         checks.add("a table of finished runs has no further ones: make a new table")
     checks.finish()
     assert requirement is not None, "the checks let no other result pass"
-    old = result.run_table(result.outputs)
+    old = runs_of(result, result.outputs)
     scored, messages = [old[: requirement.runs]], _lasting(result.notices)
     count = len(old.parameters)
     kept, nominal = [old[requirement.runs : count]], old[count:]
@@ -348,7 +348,7 @@ def _others(
         elif not in_box(runner.intervals, result.parameters):
             checks.add(f"include[{index}] has runs outside of the intervals of this study")
     checks.finish()
-    return [result.run_table(own.outputs)[: len(result.parameters)] for result in results]
+    return [runs_of(result, own.outputs)[: len(result.parameters)] for result in results]
 
 
 def _foreign(runner: Runner, results: Sequence[StudyResult], nominal: RunTable) -> list[Notice]:

@@ -24,6 +24,7 @@ from ..study.polynomials.surrogate import MOST_RANGE_DEGREE, chebyshev_grid, ten
 from ..study.results import StudyResult
 from ..study.runner import Runner
 from ..study.sources.finished import FinishedRuns
+from ..study.sources.run_table import bands_of_first
 from ..study.sources.scenes import MOST_NODES, MOST_RUNS
 from ..study.spec import MAX_RUNS
 from ..study.study import Study
@@ -219,7 +220,7 @@ def _bands(runner: Runner, budgets: Sequence[int], seed: int) -> list[_Setting]:
     settings = []
     for count in budgets:
         start = time.perf_counter()
-        bands = largest.bands_of_first(count, runner.execution.threads)
+        bands = bands_of_first(largest, count, runner.execution.threads)
         seconds = time.perf_counter() - start + largest.seconds * (count + 1) / (most + 1)
         stages = sum(one.stages for one in [*largest.stats[:count], *largest.stats[-1:]])
         settings.append(_Setting("band", None, count, count + 1, seconds, "done", bands, stages))

@@ -34,8 +34,8 @@ def saved(tmp_path_factory):
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        ("stats", [{"steps": None}]),
-        ("stats", 3),
+        ("settings", {"steps": None}),
+        ("features", 3),
         ("intervals", "x"),
         ("intervals", {"rod_length": [1.0, 2.0, 3.0, 4.0]}),
         ("degrees", 2.5),
@@ -49,7 +49,8 @@ def saved(tmp_path_factory):
 )
 def test_facts_that_say_something_else_with_checksums_that_fit_are_refused(tmp_path, saved, name, value):
     """A stranger may write any checksum; such files ended with a TypeError or an AttributeError."""
-    facts = json.loads(str(saved["metadata"])) | {name: value}
+    facts = json.loads(str(saved["metadata"]))
+    (facts["record"] if name in facts["record"] else facts)[name] = value
     np.savez(tmp_path / "study.npz", **saved | {"metadata": np.array(json.dumps(facts))})
     with pytest.raises(ValueError, match=r"study\.npz"):
         cc.load_result(tmp_path / "study.npz")

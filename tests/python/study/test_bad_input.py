@@ -108,7 +108,7 @@ def test_thousands_of_outputs_are_told_in_a_few_lines():
     assert len(result.outputs) == 2000 and len(str(result)) + len(repr(result)) < 4000
 
 
-@pytest.mark.parametrize("member", ["t", "values", "parameters", "features", "nominal_features"])
+@pytest.mark.parametrize("member", ["t", "values", "parameters", "features.runs", "features.nominal"])
 @pytest.mark.parametrize("told", [True, False])
 def test_a_member_with_a_damaged_name_is_damage(tmp_path, member, told):
     """Also in files from before they told their members."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -66,16 +66,6 @@ class Requirement:
     def succeeded(self) -> float:
         """Share of the runs that succeeded [-]."""
         return self.runs / (self.runs + self.failed)
-
-    @classmethod
-    def from_dict(cls, plain: Mapping[str, object] | None) -> Requirement | None:
-        """The requirements from their JSON form; None for a result that has none."""
-        if plain is None:
-            return None
-        limits = {name: tuple(ends) for name, ends in dict(plain["limits"]).items()}  # type: ignore[call-overload]
-        turns = plain.get("revolutions")
-        revolutions = None if turns is None else Revolutions(**turns)  # type: ignore[arg-type]
-        return cls(**{**plain, "limits": limits, "revolutions": revolutions})  # type: ignore[arg-type]
 
 
 def needed_runs(requirement: Requirement) -> int:

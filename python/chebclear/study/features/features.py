@@ -91,25 +91,6 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
     finished: bool = False
     nominal_parameters: Array | None = None
 
-    @classmethod
-    def of_file(
-        cls, arrays: Mapping[str, Array], facts: Mapping[str, Any], intervals: dict[str, Interval]
-    ) -> FeatureTable:
-        """The table from the content of a file of results."""
-        return cls(
-            tuple(facts["features"]),
-            arrays["features"],
-            arrays["nominal_features"],
-            intervals,
-            arrays["parameters"],
-            facts["random"],
-            tuple(facts.get("uneven", ())),
-            tuple(facts.get("feature_units", ())),
-            sum(one["reason"] != "not_begun" for one in facts.get("failures", ())),
-            facts.get("finished", False),
-            arrays.get("nominal_parameters"),
-        )
-
     @property
     def _names(self) -> tuple[str, ...]:
         return self.names

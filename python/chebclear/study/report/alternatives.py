@@ -18,6 +18,7 @@ from ..band.band import Band
 from ..band.independent import mean_share
 from ..band.margin import percent
 from ..polynomials.surrogate import Surrogate
+from ..sources.run_table import bands_of_first
 
 if TYPE_CHECKING:
     from ..results import StudyResult
@@ -43,7 +44,7 @@ def _fewer_runs(result: StudyResult) -> list[Block]:
     count = len(result.parameters) // 2
     if result.kind not in _HOW_TO_ADD or count < _LEAST_HALF or not result.bands:
         return []
-    halves = result.bands_of_first(count) if result.kind == "band" else {}
+    halves = bands_of_first(result, count) if result.kind == "band" else {}
     rows: list[list[Cell]] = []
     for name, band in result.bands.items():
         values = result.values(name)

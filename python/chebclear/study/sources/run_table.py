@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,11 @@ from ...execution.failures import FailedRun
 from ...run.notices import Notice
 from ...run.settings import Settings
 from ...scene.scene import Scene
+from ..band.band import Band
+from ..band.calibrated import calibrated_bands
+
+if TYPE_CHECKING:
+    from ..results import StudyResult
 
 Array = NDArray[np.float64]
 
@@ -67,3 +73,33 @@ class RunTable:
             features=None if self.features is None else self.features[rows],
             stats=self.stats[rows] if len(self.stats) else self.stats,
         )
+
+
+OF_RUNS = ("stats", "notices", "settings", "scene", "nominal_parameters", "failures", "seconds")
+"""Fields of a `StudyResult` that are those of the table of its runs."""
+
+
+def runs_of(result: StudyResult, outputs: Sequence[str]) -> RunTable:
+    """The runs of a result with some of its outputs, the nominal one last."""
+    empty, table = np.empty((len(result.parameters) + 1, 0, 0)), result.features
+    return RunTable(
+        result.parameters,
+        np.arange(len(result.parameters)),
+        result.t,
+        tuple(outputs),
+        np.stack([result.table(name) for name in outputs], axis=-1) if outputs else empty,
+        np.concatenate([table.runs, table.nominal[None]]) if table else None,
+        table.names,
+        **{name: getattr(result, name) for name in OF_RUNS}
+        | {"stats": Costs.joined([result.stats]), "notices": ()},
+    )
+
+
+def bands_of_first(result: StudyResult, runs: int, threads: int | None = None) -> dict[str, Band]:
+    """The bands of the first runs of a result of `Study.band` alone, by the rule of the whole."""
+    assert result.requirement is not None, "a result of Study.band"
+    requirement = replace(result.requirement, runs=runs, failed=0)
+    values = runs_of(result, result.outputs).values
+    first = np.concatenate([values[:runs], values[-1:]]), result.intervals, result.parameters[:runs]
+    more = requirement, threads, result.nominal_parameters
+    return calibrated_bands(result.t, result.outputs, *first, *more)
