@@ -98,16 +98,6 @@ def torn(text: str, chance: random.Random) -> str:
     return text[:start] + piece + text[end:]
 
 
-class AnyRuns:
-    """An identity whose facts are those of the store."""
-
-    def __init__(self, facts: dict[str, Any]) -> None:
-        self._facts = facts
-
-    def facts(self) -> dict[str, Any]:
-        return copy.deepcopy(self._facts)
-
-
 def other_piece(data: bytes, chance: random.Random) -> bytes:
     """A piece of a store with other bytes, members, texts or arrays."""
     act = chance.randrange(4)

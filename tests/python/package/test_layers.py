@@ -17,46 +17,13 @@ PACKAGE = ROOT / "python" / "chebclear"
 CRATE = ROOT / "rust" / "src"
 
 # A room uses only rooms that stand before it.
-PYTHON_ROOMS = [
-    "_core",
-    "errors",
-    "base",
-    "version",
-    "data",
-    "report",
-    "scene",
-    "mechanisms",
-    "plots",
-    "run",
-    "execution",
-    "study",
-    "templates",
-    "linkages",
-    "tradeoffs",
-    "decisions",
-    "laws",
-    "motions",
-    "features",
-    "results",
-    "loading",
-    "paper",
-    "cli",
-    "__main__",
-]
-RUST_ROOMS = [
-    "error",
-    "numerics",
-    "expression",
-    "contact",
-    "scene",
-    "tree",
-    "dynamics",
-    "mechanism",
-    "integrators",
-    "run",
-    "study",
-    "python",
-]
+PYTHON_ROOMS = (
+    "_core errors base version data report scene mechanisms plots run execution study"
+    " templates linkages tradeoffs decisions laws motions features results loading paper cli __main__"
+).split()
+RUST_ROOMS = (
+    "error numerics expression contact scene tree dynamics mechanism integrators run study python".split()
+)
 
 # A chapter of a room uses only chapters that stand before it, and no file beside them.
 CHAPTERS = {"study": ["polynomials", "band", "features", "sources", "requirements", "report"]}
@@ -287,35 +254,6 @@ def test_each_outside_crate_has_one_user(crate):
             assert rust_room(path) == CRATES[crate], f"{path} uses {crate}"
 
 
-def test_the_reader_of_imports_sees_all_forms():
-    code = """
-import numpy as np
-from .. import _core
-from ..scene.scene import Scene
-import chebclear.plots
-from chebclear import report
-if TYPE_CHECKING:
-    from ..cli import main
-def _repr_html_(self):
-    from ..plots.drawing.scene import mechanism_picture
-def draw():
-    from matplotlib import pyplot
-    from .settings import Settings
-"""
-    assert set(python_imports(PACKAGE / "run" / "some.py", running(code))) == {
-        "numpy",
-        "chebclear._core",
-        "chebclear.scene.scene.Scene",
-        "chebclear.plots",
-        "chebclear.report",
-        "matplotlib.pyplot",
-        "chebclear.run.settings.Settings",
-    }
-    assert rust_uses("use crate::{error, scene::{a, b}};\nuse crate::run::x;") == {"error", "scene", "run"}
-    headers = ["A", "<'a> B<'a>", "C for D", "<S: T> E<S> for F", "G<f64>"]
-    assert list(rust_inherent("\n".join(f"impl {header} {{" for header in headers))) == ["A", "B", "G"]
-
-
 LONGEST_FUNCTION = 60  # lines, without the docstring and signature in Python
 LONG = re.compile(r"^\s*(?://|#) Long because \S.*\w")
 
@@ -364,12 +302,3 @@ def test_functions_are_short_or_say_why_not(root, ending, long):
     assert not any(found.values()), {
         str(path.relative_to(root)): found[path] for path in found if found[path]
     }
-
-
-def test_the_reader_of_lengths_counts_lines():
-    body = "    a()\n"
-    python = "def f(\n    x,\n):\n" + body * 61 + "# Long because it lists.\ndef g():\n" + body * 61
-    assert list(long_python(python)) == [(1, "f", 61)]
-    rust = "impl A {\n    fn f(\n        &self,\n    ) -> bool {\n" + body * 57 + "    }\n\n    fn g();\n}\n"
-    rust += "// Long because it lists.\n#[inline]\npub fn h() {\n" + body * 59 + "}\n"
-    assert list(long_rust(rust)) == [(2, "f", 61)]

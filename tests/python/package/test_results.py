@@ -113,8 +113,12 @@ def test_results_are_mappings_from_names(results, kind):
     result = results[kind]
     names = list(result)
     assert isinstance(result, Mapping) and len(result) == len(names) > 0
-    assert list(result.keys()) == names == result._ipython_key_completions_()
-    assert [name for name, _ in result.items()] == names and list(dict(result)) == names
+    assert list(result.keys()) == names == result._ipython_key_completions_() == list(dict(result))
+    for name, value, (key, item) in zip(names, result.values(), result.items(), strict=True):
+        assert (
+            key == name and same(value, result[name]) and same(item, value) and same(result.get(name), value)
+        )
+    assert same({**result}[names[-1]], result[names[-1]])
     assert names[0] in result and "no such name" not in result and result.get("no such name") is None
     assert "*" not in result
     some = result[f"{names[0][:2]}*"]
@@ -132,24 +136,6 @@ def test_every_table_is_one_in_a_notebook(results):
             shown = result._repr_html_()
             assert shown.count("<table") == shown.count("</table>") == 1 and "<script" not in shown, kind
             assert shown.count("<tr") > 1, kind
-
-
-def test_what_looks_like_a_mapping_behaves_like_one(results):
-    mappings = {kind: one for kind, one in results.items() if hasattr(one, "keys")}
-    assert {"Trajectory", "StudyResult", "FeatureTable", "Comparison", "ErrorEstimate"} <= set(mappings)
-    for kind, one in mappings.items():
-        assert isinstance(one, Mapping), kind
-        names = list(one)
-        assert names and list(one.keys()) == names and len(one) == len(names), kind
-        assert [name for name, _ in one.items()] == names and len(list(one.values())) == len(names), kind
-        for name, value, (_, item) in zip(names, one.values(), one.items(), strict=True):
-            assert name in one and same(value, one[name]) and same(item, value) and same(one.get(name), value)
-        plain = dict(one)
-        assert list(plain) == names and same(plain[names[0]], one[names[0]])
-        assert same({**one}[names[-1]], one[names[-1]])
-        assert "no such name" not in one and one.get("no such name", 3) == 3
-        with pytest.raises(KeyError):
-            one["no such name"]
 
 
 def test_a_run_is_an_array_and_a_table_for_others(run):

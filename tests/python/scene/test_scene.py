@@ -165,40 +165,6 @@ def test_wrong_types_are_reported_together_and_with_wrong_numbers():
         assert "must be > 0 [kg]" in found["bodies[2].mass"]
 
 
-def test_wrong_numbers_and_names_are_reported_together_with_paths_and_hints():
-    crank, rod, slider = cc.mechanisms.slider_crank().bodies
-    joints = cc.mechanisms.slider_crank().joints
-    scene = wrong(
-        bodies=[
-            dataclasses.replace(crank, mass=0.0),
-            dataclasses.replace(rod, inertia=-1.0),
-            dataclasses.replace(slider, angle=math.nan),
-        ],
-        joints=[
-            joints[0],
-            dataclasses.replace(joints[1], b="rood.B"),
-            dataclasses.replace(joints[2], b="slider.D"),
-            dataclasses.replace(
-                joints[3],
-                clearance=-2e-5,
-                sliding="surfaces",
-                friction=cc.laws.ModifiedCoulomb(0.04, 0.03, 1.5e-3, 1e-3),
-            ),
-        ],
-    )
-    with pytest.raises(cc.errors.SceneError) as caught:
-        scene.check()
-    found = dict(caught.value.problems)
-    assert "must be > 0 [kg]" in found["bodies[0].mass"]
-    assert "must be > 0 [kg m^2]" in found["bodies[1].inertia"]
-    assert "finite" in found["bodies[2].angle"]
-    assert 'did you mean "rod"' in found["joints[1].b"]
-    assert "unknown point" in found["joints[2].b"]
-    assert "must be > 0 [m]" in found["joints[3].clearance"]
-    assert "surface" in found["joints[3].sliding"]
-    assert "joints[3].friction.static_sliding_velocity" in found
-
-
 def test_a_mechanism_that_cannot_be_assembled_is_refused():
     too_short = cc.mechanisms.slider_crank(crank_length=0.05, rod_length=0.03, crank_angle=1.5)
     with pytest.raises(cc.errors.SceneError, match="assembl"):
@@ -360,42 +326,6 @@ def test_options_of_the_slider_crank():
     with pytest.raises(cc.errors.SceneError) as caught:
         cc.mechanisms.slider_crank(crank_length="0.05", rod_mass=None)
     assert [problem.path for problem in caught.value.problems] == ["crank_length", "rod_mass"]
-
-
-@pytest.mark.parametrize(
-    "contact",
-    [
-        cc.laws.Flores(1e10, 0.5),
-        cc.laws.HuntCrossley(1e10, 0.3),
-        cc.laws.Hertz(1e10),
-        cc.laws.LankaraniNikravesh(1e10, 0.9),
-    ],
-)
-@pytest.mark.parametrize(
-    "friction", [None, cc.laws.SmoothedCoulomb(0.1, 1e-3), cc.laws.ModifiedCoulomb(0.1, 0.05, 1e-3, 2e-3)]
-)
-def test_every_law_crosses_into_the_core_and_runs(
-    contact: cc.scene.laws.ContactLaw, friction: cc.scene.laws.FrictionLaw | None
-) -> None:
-    crank = cc.mechanisms.slider_crank()
-    wrist = cc.ClearanceRevolute(
-        "wrist",
-        bearing="rod.C",
-        journal="slider.C",
-        journal_radius=9.8e-3,
-        clearance=2e-5,
-        contact=contact,
-        friction=friction,
-    )
-    scene = cc.Scene(
-        [*crank.bodies],
-        [j for j in crank.joints if j.name != "wrist"] + [wrist],
-        (),
-        crank.drives,
-        crank.ground,
-    )
-    assert cc.Scene.from_json(scene.to_json()) == scene
-    assert cc.simulate(scene, duration=2e-4, samples=3).success
 
 
 def test_laws_are_checked_with_paths() -> None:
