@@ -75,10 +75,12 @@ def output_joint(scene: Scene) -> Prismatic | Revolute | None:
     """The joint by which the driven end of a mechanism slides or swings on ground: the last one that slides
     without being driven, else the last one that swings; None without any."""
     driven = {drive.joint for drive in scene.drives}
+    # Not the shoe of a pin in a slot.
+    known = {GROUND, *(body.name for body in scene.bodies)}
     on_ground = [
         joint
         for joint in without_play(scene).joints
-        if joint.name not in driven and GROUND in map(owner_of, ends_of(joint))
+        if joint.name not in driven and {GROUND} <= set(map(owner_of, ends_of(joint))) <= known
     ]
     sliding = [joint for joint in on_ground if isinstance(joint, Prismatic)]
     swinging = [joint for joint in on_ground if isinstance(joint, Revolute)]

@@ -17,8 +17,9 @@ from ..base.shown import listed
 from ..errors import ArgumentError, ArgumentTypeError
 from ..run.settings import Settings
 from ..run.simulation import simulate
-from ..scene.parts import loose_joints, owner_of
+from ..scene.parts import GROUND, joints_with_play, owner_of
 from ..scene.scene import (
+    Body,
     ClearancePrismatic,
     ClearanceRevolute,
     ClearanceStart,
@@ -38,6 +39,8 @@ from ..scene.scene import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from ..run.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
@@ -62,7 +65,7 @@ class LostMotion(Named[Array]):
     shares : dict[str, Array]
         What each joint adds, in `unit`, shape (angles,).
     clearances : dict[str, float]
-        Radial clearance of each joint [m].
+        Clearance of each joint on one side [m].
     """
 
     at: str
@@ -111,8 +114,10 @@ def lost_motion(
 ) -> LostMotion:
     """How far an output moves by the play of the joints when its load changes its sign, the drive held.
 
-    By virtual work: a joint with the radial clearance c and the reaction R to a load F at the output adds
-    ``2 c |R| / F``, to first order in c. Gravity, springs, masses and friction do not count.
+    By virtual work: a revolute joint or a pin in a slot with the clearance c and the reaction R to a load F
+    at the output adds ``2 c |R| / F``, to first order in c. A guide adds ``2 c (|N| + |N'|) / F``, with the
+    forces at the two ends of what its faces and the block have in common. Gravity, springs, masses and
+    friction do not count.
 
     Parameters
     ----------
@@ -124,7 +129,8 @@ def lost_motion(
     direction : (float, float), optional
         Direction of the load along the axes of ground [-]; any length.
     clearances : mapping of str to float, optional
-        Radial clearance of each revolute joint that has play [m]; those of the scene if not given.
+        Clearance on one side of each revolute joint, pin in a slot and guide with play that counts [m]; all
+        those of the scene if not given.
     angles : int
         Angles of the drive over one revolution [-], both ends included.
 
@@ -165,12 +171,14 @@ def lost_motion(
             f"scene must be prescribed by its drives once its clearances are closed; it still has "
             f"{turning.degrees_of_freedom} degrees of freedom"
         )
+    guides = [one for one in scene.joints if isinstance(one, ClearancePrismatic) and one.name in play]
     outputs = [f"{name}.reaction_{axis}" for name in play for axis in ("x", "y")]
+    outputs = list(dict.fromkeys([*outputs, *(name for guide in guides for name in _outputs(guide))]))
     run = simulate(held, settings=Settings(duration=_SLOW, samples=count, outputs=outputs))
-    shares = {
-        name: 2.0 * clearance * np.hypot(run[f"{name}.reaction_x"], run[f"{name}.reaction_y"])
-        for name, clearance in play.items()
-    }
+    reactions = {name: np.hypot(run[f"{name}.reaction_x"], run[f"{name}.reaction_y"]) for name in play}
+    for guide in guides:
+        reactions[guide.name] = _at_ends(guide, run)
+    shares = {name: 2.0 * clearance * reactions[name] for name, clearance in play.items()}
     angle = np.linspace(0.0, math.copysign(2.0 * math.pi, speeds[0].speed), count)
     return LostMotion(at, "rad" if way is None else "m", angle, shares, play)
 
@@ -193,42 +201,72 @@ def _way(checks: Checks, direction: object) -> tuple[float, float] | None:
 
 
 def _play(checks: Checks, scene: Scene, clearances: object) -> dict[str, float]:
-    """The clearances of the revolute joints that have play."""
-    slots = [joint.name for joint in scene.joints if isinstance(joint, PinInSlot)]
-    if slots:
-        checks.add(f"scene has pins in slots, {listed(slots)}: lost motion is known of revolute joints alone")
+    """The clearances of the joints that have play."""
+    with_play = joints_with_play(scene.joints)
     if clearances is None:
-        found = {joint.name: joint.clearance for joint in loose_joints(scene.joints)}
+        found = {joint.name: joint.clearance for joint in with_play}
         if not found:
             checks.add("scene has no joint with clearance: give clearances")
         return found
-    known = [joint.name for joint in scene.joints if isinstance(joint, (Revolute, ClearanceRevolute))]
+    known = [joint.name for joint in scene.joints if isinstance(joint, Revolute) or joint in with_play]
     if not isinstance(clearances, Mapping) or not clearances:
         checks.add(
-            f"clearances must map names of revolute joints to radial clearances [m], got {clearances!r}",
+            f"clearances must map names of joints to clearances on one side [m], got {clearances!r}",
             wrong_type=not isinstance(clearances, Mapping),
         )
         return {}
     for name in clearances:
         if name not in known:
-            checks.add(f'clearances["{name}"]: unknown revolute joint{meant_or_known(str(name), known)}')
+            checks.add(
+                f'clearances["{name}"]: unknown joint that may have play{meant_or_known(str(name), known)}'
+            )
     return {
         name: checks.real(f'clearances["{name}"]', one, "m", least=0.0) for name, one in clearances.items()
     }
 
 
+def _outputs(guide: ClearancePrismatic) -> list[str]:
+    """What `_at_ends` needs of a run."""
+    owner = owner_of(guide.a)
+    kinds = ("reaction_x", "reaction_y", "reaction_torque", "displacement")
+    return [f"{guide.name}.{kind}" for kind in kinds] + ([f"{owner}.angle"] if owner != GROUND else [])
+
+
+def _at_ends(guide: ClearancePrismatic, run: Trajectory) -> Array:
+    """Sum of the forces at both ends of what faces and block have in common [N]; NaN where it is outside."""
+    x, y, moment, place, *turned = (run[name] for name in _outputs(guide))
+    angle = math.atan2(guide.axis[1], guide.axis[0]) + (turned[0] if turned else 0.0)
+    across = y * np.cos(angle) - x * np.sin(angle)
+    own, face = 0.5 * guide.length, 0.5 * (guide.face_length or math.inf)
+    # From the middle of the block: the sleeve on a rod, the block in a guide.
+    sleeve, rod = (own, face) if guide.corners == "a" else (face, own)
+    rear, front = np.maximum(-sleeve - place, -rod), np.minimum(sleeve - place, rod)
+    shared = np.where(front > rear, front - rear, np.nan)
+    forces: Array = np.abs((across * front - moment) / shared) + np.abs((moment - across * rear) / shared)
+    return forces
+
+
 def without_play(scene: Scene) -> Scene:
-    """The mechanism with ideal joints in the place of those with clearance; without stops and forces."""
+    """The mechanism with ideal joints in the place of those with clearance; without stops and forces.
+
+    A pin in a slot turns in a shoe that slides there, a body more.
+    """
     ideal: list[Joint] = []
+    shoes = []
     for joint in scene.joints:
         if isinstance(joint, ClearanceRevolute):
             ideal.append(Revolute(joint.name, joint.bearing, joint.journal))
         elif isinstance(joint, ClearancePrismatic):
             ideal.append(Prismatic(joint.name, joint.a, joint.b, joint.axis, joint.angle))
+        elif isinstance(joint, PinInSlot):
+            shoe = f"shoe of {joint.name}"
+            shoes.append(Body(shoe, 1.0, 1.0))
+            ideal += [Prismatic(f"{shoe} in its slot", joint.slot, shoe, joint.axis)]
+            ideal += [Revolute(joint.name, shoe, joint.pin)]
         elif not isinstance(joint, Stop):
             ideal.append(joint)
     start = [one for one in scene.start if not isinstance(one, ClearanceStart | GuideStart)]
-    return replace(scene, joints=ideal, start=start, forces=())
+    return replace(scene, bodies=[*scene.bodies, *shoes], joints=ideal, start=start, forces=())
 
 
 def _load(at: str, way: tuple[float, float] | None) -> Force | Torque:

@@ -27,7 +27,8 @@ class Event(records.ArrayRecord):
         Name of the clearance joint.
     kind : str
         ``"onset"``, ``"separation"``; ``"clip"`` and ``"unclip"``: normal force reaches and leaves 0;
-        ``"stick"`` and ``"slip"`` of the law `StickSlip`.
+        ``"stick"`` and ``"slip"`` of the law `StickSlip`; ``"transfer"``: at the end of a face the contact
+        passes to its end, or to the corner that comes there.
     normal_velocity : float
         Penetration rate at that instant [m/s].
     """
@@ -50,7 +51,8 @@ class Events(Rows[Event]):
         Name of the clearance joint.
     kind : ndarray of str
         ``"onset"``, ``"separation"``; ``"clip"`` and ``"unclip"``: normal force reaches and leaves 0;
-        ``"stick"`` and ``"slip"`` of the law `StickSlip`.
+        ``"stick"`` and ``"slip"`` of the law `StickSlip`; ``"transfer"``: at the end of a face the contact
+        passes to its end, or to the corner that comes there.
     normal_velocity : Array
         Penetration rate at that instant [m/s].
     """

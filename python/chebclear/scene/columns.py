@@ -23,6 +23,8 @@ _COLUMNS = {
     "friction_force": ("N", "friction force in"),
     "contact": ("-", "contact in"),
     "sticking": ("-", "sticking in"),
+    "point_x": ("m", "x position of the contact in"),
+    "point_y": ("m", "y position of the contact in"),
     "torque": ("N m", "torque of"),
     "force": ("N", "force of"),
     "driver_torque": ("N m", "torque on the driver of"),

@@ -173,7 +173,7 @@ class ClearancePrismatic(Part):
     """A guide with play: a block moves freely between two parallel faces until its corners touch them.
 
     Which corners touch decides whether it is free, leans on one corner, lies flat on a face or is tilted
-    across the guide. The faces are as long as the block may slide.
+    across the guide.
 
     Parameters
     ----------
@@ -194,8 +194,13 @@ class ClearancePrismatic(Part):
     angle : float
         Angle of body b relative to body a without tilt [rad].
     corners : {"b", "a"}
-        The body that has the corners. With ``"a"`` it is a sleeve of this length that slides on a longer rod
-        of this height, which belongs to body b.
+        The body that has the corners. With ``"a"`` it is a sleeve of this length that slides on a rod of this
+        height, which belongs to body b.
+    face_length : float, optional
+        Length of the faces along the axis [m]: of the guide, with the point of body a in their middle, or of
+        the rod in a sleeve, with that of body b. As long as the block slides if not given. Where a corner has
+        passed the end of a face, that end touches the side of the block; a block that leaves its guide ends
+        the run (``"left_guide"``).
     impact_velocity_floor : float, optional
         Lower bound of the impact velocity in the contact law [m/s], as that of `ClearanceRevolute`.
 
@@ -205,7 +210,8 @@ class ClearancePrismatic(Part):
     both bodies in the corner, so that momentum, angular momentum and energy are kept exactly. In the plane an
     edge has no stiffness of its own: that of the law is that of the edge over its whole width.
 
-    Corners are named as seen along the axis: ``front_left``, ``front_right``, ``rear_left``, ``rear_right``.
+    Corners are named as seen along the axis: ``front_left``, ``front_right``, ``rear_left``, ``rear_right``;
+    the ends of faces ``front_left_end`` and so on.
     Outputs such as ``"guide.front_left.normal_force"`` belong to one of them, others such as
     ``"guide.tilt"`` to the whole.
     """
@@ -224,6 +230,7 @@ class ClearancePrismatic(Part):
     friction: FrictionLaw | None = None
     angle: float = field(default=0.0, metadata=unit("rad"))
     corners: str = "b"
+    face_length: float | None = field(default=None, metadata=unit("m"))
     impact_velocity_floor: float | None = field(default=None, metadata=unit("m/s"))
 
 
@@ -247,6 +254,9 @@ class PinInSlot(Part):
         Law of the normal force.
     friction : ModifiedCoulomb, SmoothedCoulomb or StickSlip, optional
         Law of the friction force; none if not given.
+    face_length : float, optional
+        Length of the faces along the axis [m], with the point of the slot in their middle; without ends if
+        not given. The slot is open there: the pin may leave it and touch the ends of its faces from outside.
     impact_velocity_floor : float, optional
         Lower bound of the impact velocity in the contact law [m/s], as that of `ClearanceRevolute`.
     """
@@ -262,6 +272,7 @@ class PinInSlot(Part):
     clearance: float = field(metadata=unit("m"))
     contact: ContactLaw
     friction: FrictionLaw | None = None
+    face_length: float | None = field(default=None, metadata=unit("m"))
     impact_velocity_floor: float | None = field(default=None, metadata=unit("m/s"))
 
 
@@ -276,13 +287,16 @@ class Stop(Part):
     a, b : str
         A point of the face and the corner, or the center of the edge, as ``"body.point"``.
     normal : (float, float)
-        Direction out of the face in the frame of body a [-], of any length; the face has no ends.
+        Direction out of the face in the frame of body a [-], of any length.
     contact : LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley, KelvinVoigt, Impact or Hertz
         Law of the normal force.
     friction : ModifiedCoulomb, SmoothedCoulomb or StickSlip, optional
         Law of the friction force; none if not given.
     radius : float
         Radius of the edge [m]; zero for a corner.
+    face_length : float, optional
+        Length of the face [m], with its point in the middle; without ends if not given. One with ends is a
+        thin plate, which touches a round edge from both sides and with its ends.
     impact_velocity_floor : float, optional
         Lower bound of the impact velocity in the contact law [m/s], as that of `ClearanceRevolute`.
     """
@@ -297,6 +311,7 @@ class Stop(Part):
     contact: ContactLaw
     friction: FrictionLaw | None = None
     radius: float = field(default=0.0, metadata=unit("m"))
+    face_length: float | None = field(default=None, metadata=unit("m"))
     impact_velocity_floor: float | None = field(default=None, metadata=unit("m/s"))
 
 

@@ -1,6 +1,7 @@
 //! Two surfaces that may touch, a journal in a bearing or a corner at a face: geometry, normal-force laws, friction laws,
 //! oil films, with exact derivatives. In: relative motion of the two surfaces; out: forces. Uses `numerics`.
 
+pub mod face;
 pub mod film;
 pub mod friction;
 pub mod normal;

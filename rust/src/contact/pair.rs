@@ -4,12 +4,10 @@
 //! The journal (radius R_J) turns inside the bearing (radius R_B = R_J + c). The eccentricity
 //! **e** points from the bearing's center to the journal's, Eq. (1); the normal **n** = **e**/|**e**|
 //! and the tangent **t** (n turned by +90°) are Eq. (4).
-//!
-//! A face is fixed to the first body. Seen from that body, the point **e** of the second body touches it where its
-//! distance n·e reaches a limit: everything is as in a bearing, but the normal keeps its direction.
 
 use std::f64::consts::TAU;
 
+use crate::contact::face::Face;
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::{Latch, NormalLaw};
 use crate::contact::sticking::{StickSlip, Traction};
@@ -17,7 +15,7 @@ use crate::numerics::dual::{Dual, Scalar};
 
 /// Square of the eccentricity [m²] below which the joint is concentric. Every rounding error is far above 1e-70 m, and
 /// the square of its inverse is a number.
-const CONCENTRIC: f64 = 1e-140;
+pub(super) const CONCENTRIC: f64 = 1e-140;
 
 /// Sectors of a bearing without a worn profile: one for every five degrees.
 const SECTORS: usize = 72;
@@ -48,19 +46,6 @@ pub enum Surfaces {
     Face(Face),
 }
 
-/// A straight face and the edge that may touch it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Face {
-    /// Unit vector into the face, in the axes of the first body.
-    pub normal: [f64; 2],
-    /// Distance of the center of the edge along the normal at which the surfaces touch [m].
-    pub limit: f64,
-    /// Radius of the edge [m].
-    pub radius: f64,
-    /// Size of the part that touches [m].
-    pub size: f64,
-}
-
 /// Dimensions and laws of one contact: the force depends on these and the relative motion alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactLaw {
@@ -81,6 +66,8 @@ pub struct ContactLaw {
 pub enum Phase {
     /// No contact: the force is zero, whatever the penetration.
     Free,
+    /// The same of a corner that is not over its face: the neighbor of its slot may touch instead.
+    Beyond,
     /// In contact.
     Contact {
         /// Constants of the damping that were fixed at the onset.
@@ -91,6 +78,13 @@ pub enum Phase {
         /// The tangential spring, where friction can stick.
         traction: Option<Traction>,
     },
+}
+
+impl Phase {
+    /// Whether the surfaces are in contact.
+    pub fn touches(&self) -> bool {
+        matches!(self, Phase::Contact { .. })
+    }
 }
 
 /// Relative motion on which the contact force depends: in a bearing in the axes of the world, at a face that of the
@@ -125,33 +119,15 @@ pub struct ContactState<S> {
     pub force: [S; 2],
 }
 
-impl Face {
-    /// The geometry at the face.
-    #[inline(always)]
-    fn geometry<S: Scalar>(&self, motion: &RelativeMotion<S>) -> Geometry<S> {
-        let [ex, ey] = motion.eccentricity;
-        let [vx, vy] = motion.rate;
-        let [nx, ny] = self.normal;
-        Geometry {
-            // Asked for by the printed sliding velocity, which is that of a bearing.
-            inverse: S::constant(f64::NAN),
-            normal: self.normal.map(S::constant),
-            penetration: ex * nx + ey * ny - self.limit,
-            penetration_rate: vx * nx + vy * ny,
-            tangential_velocity: vy * nx - vx * ny,
-        }
-    }
-}
-
 /// Position and velocity of the surfaces relative to each other, with the directions of the forces.
-struct Geometry<S> {
+pub(super) struct Geometry<S> {
     /// 1/|e|.
-    inverse: S,
-    normal: [S; 2],
-    penetration: S,
-    penetration_rate: S,
+    pub(super) inverse: S,
+    pub(super) normal: [S; 2],
+    pub(super) penetration: S,
+    pub(super) penetration_rate: S,
     /// ė·t.
-    tangential_velocity: S,
+    pub(super) tangential_velocity: S,
 }
 
 impl ContactLaw {
@@ -182,7 +158,16 @@ impl ContactLaw {
         let [ex, ey] = motion.eccentricity;
         let [vx, vy] = motion.rate;
         match self.surfaces {
-            Surfaces::Face(Face { normal: [nx, ny], .. }) => ax * nx + ay * ny,
+            Surfaces::Face(face) => {
+                let geometry = face.geometry(motion, Phase::Free);
+                let [nx, ny] = geometry.normal;
+                let along = ax * nx + ay * ny;
+                if face.is_past_end(motion.eccentricity) {
+                    along - geometry.tangential_velocity.powi(2) / (face.radius - geometry.penetration)
+                } else {
+                    along
+                }
+            }
             Surfaces::Bearing { .. } => {
                 let distance = (ex * ex + ey * ey).sqrt();
                 let tangential = (ex * vy - ey * vx) / distance;
@@ -219,7 +204,7 @@ impl ContactLaw {
     pub fn surface_velocity(&self, motion: &RelativeMotion<f64>) -> f64 {
         let geometry = match self.surfaces {
             Surfaces::Bearing { .. } => self.geometry(motion),
-            Surfaces::Face(face) => Some(face.geometry(motion)),
+            Surfaces::Face(face) => Some(face.geometry(motion, Phase::Free)),
         };
         geometry.map_or(0.0, |geometry| geometry.tangential_velocity + motion.spin)
     }
@@ -311,7 +296,7 @@ impl ContactLaw {
         motion: &RelativeMotion<S>,
         phase: Phase,
     ) -> ContactState<S> {
-        self.forces::<S, true>(face.geometry(motion), motion.spin, phase)
+        self.forces::<S, true>(face.geometry(motion, phase), motion.spin, phase)
     }
 
     /// The same with friction that can stick. While it does, force and moments are those that do the work of the slip
@@ -326,7 +311,7 @@ impl ContactLaw {
         let zero = S::constant(0.0);
         let geometry = match self.surfaces {
             Surfaces::Bearing { .. } => self.geometry(motion),
-            Surfaces::Face(face) => Some(face.geometry(motion)),
+            Surfaces::Face(face) => Some(face.geometry(motion, phase)),
         };
         let Some(geometry) = geometry else { return self.in_bearing::<S, false>(motion, phase) };
         let Geometry { inverse, normal: [nx, ny], penetration, penetration_rate, tangential_velocity } =

@@ -2,12 +2,13 @@
 
 use super::Dynamics;
 use super::reactions::Wrench;
+use crate::contact::face::Face;
 use crate::contact::normal::Latch;
-use crate::contact::pair::{ContactState, Face, Phase, RelativeMotion, Surfaces};
+use crate::contact::pair::{ContactState, Phase, RelativeMotion, Surfaces};
 use crate::contact::sticking::Traction;
 use crate::numerics::dual::{Dual, Scalar};
 use crate::numerics::turns::with_turns;
-use crate::tree::elements::{ContactSlot, FramePoint, Guide};
+use crate::tree::elements::{ContactSlot, FramePoint, Guide, Neighbor};
 use crate::tree::kinematics::{PointState, Vec2, perp, rotated};
 
 /// Second point of a slot seen from the first: in a bearing in the axes of the world, at a face from the first body, in
@@ -195,8 +196,8 @@ impl Dynamics<'_> {
                 PairForce { positions, force, moments: [on_bearing, on_journal] }
             }
             Surfaces::Face(face) => {
-                let touching = self.point(slot.points[1]).position
-                    + self.slot_to_world(slot, face.radius * Vec2::from(face.normal));
+                let touching =
+                    self.point(slot.points[1]).position + face.radius * self.normal_at(slot, &face);
                 let force = self.slot_to_world(slot, state.force.into());
                 PairForce { positions: [touching; 2], force, moments: [0.0; 2] }
             }
@@ -208,8 +209,8 @@ impl Dynamics<'_> {
         let [a, b] = slot.points;
         match slot.law.surfaces {
             Surfaces::Bearing { .. } => [a, b],
-            Surfaces::Face(Face { normal, radius, .. }) => {
-                let place = self.point(b).position + self.slot_to_world(slot, radius * Vec2::from(normal));
+            Surfaces::Face(face) => {
+                let place = self.point(b).position + face.radius * self.normal_at(slot, &face);
                 [a, b].map(|point| self.at_place(point, place))
             }
         }
@@ -226,8 +227,43 @@ impl Dynamics<'_> {
     pub fn slot_normal(&self, slot: &ContactSlot) -> Vec2 {
         match slot.law.surfaces {
             Surfaces::Bearing { .. } => Vec2::from(self.contact_motion(slot).eccentricity).normalize(),
-            Surfaces::Face(face) => self.slot_to_world(slot, face.normal.into()),
+            Surfaces::Face(face) => self.normal_at(slot, &face),
         }
+    }
+
+    /// The same at a face.
+    fn normal_at(&self, slot: &ContactSlot, face: &Face) -> Vec2 {
+        let normal = if face.half_length.is_finite() {
+            face.normal_at(self.contact_motion(slot).eccentricity)
+        } else {
+            face.normal
+        };
+        self.slot_to_world(slot, normal.into())
+    }
+
+    /// How far a corner is from the two ends of its face, with the rates: from that where its neighbor takes over [m],
+    /// and from the other one; both are positive over the face. After [`Dynamics::move_to`].
+    ///
+    /// The neighbor takes over where the two corners lie on the bisector of their faces: there both penetrate alike, so
+    /// that no energy is made or lost.
+    pub fn ends_ahead(&self, slot: &ContactSlot, face: &Face, neighbor: &Neighbor) -> [[f64; 2]; 2] {
+        let other = &self.tree.slots[neighbor.slot];
+        let tangent_of = |slot: &ContactSlot, normal: [f64; 2]| {
+            let tangent = perp(self.slot_to_world(slot, normal.into()));
+            (tangent, self.states[slot.points[0].frame].angular_velocity * perp(tangent))
+        };
+        let (own, own_rate) = tangent_of(slot, face.normal);
+        let (others, others_rate) = tangent_of(other, neighbor.normal);
+        let [from, to] = [slot, other].map(|slot| self.point(slot.points[1]));
+        let (apart, rate) = (to.position - from.position, to.velocity - from.velocity);
+        let (along, along_rate) = (own - others, own_rate - others_rate);
+        let side = neighbor.side;
+        let motion = self.motion_at_face(slot);
+        let on_face = perp(Vec2::from(face.normal));
+        [
+            [0.5 * side * apart.dot(&along), 0.5 * side * (rate.dot(&along) + apart.dot(&along_rate))],
+            [face.half_length + side * on_face.dot(&motion.eccentricity), side * on_face.dot(&motion.rate)],
+        ]
     }
 
     /// Evaluates the contact of every slot, once for all outputs, after [`Dynamics::move_to`].
@@ -272,14 +308,22 @@ impl Dynamics<'_> {
         self.contact_of(&self.tree.slots[index], self.phases[index]).state
     }
 
-    /// The same without its forces, for those who ask only how the surfaces move between the ends of the slot.
+    /// The same without its forces, for those who ask only how the surfaces move between the ends of the slot in a phase.
     #[inline(always)]
-    pub fn contact_without_forces(&self, slot: &ContactSlot, ends: &[PointState; 2]) -> ContactState<f64> {
+    pub fn contact_without_forces(
+        &self,
+        slot: &ContactSlot,
+        ends: &[PointState; 2],
+        phase: Phase,
+    ) -> ContactState<f64> {
         match slot.law.surfaces {
             Surfaces::Bearing { .. } => {
                 slot.law.in_bearing_without_forces(&self.motion_in_bearing(slot, ends))
             }
-            Surfaces::Face(face) => self.contact_at_face(slot, &face, Phase::Free).state,
+            Surfaces::Face(face) => {
+                let unloaded = if phase == Phase::Beyond { phase } else { Phase::Free };
+                self.contact_at_face(slot, &face, unloaded).state
+            }
         }
     }
 
@@ -349,8 +393,9 @@ impl Dynamics<'_> {
         for index in guide.slots.clone() {
             let slot = &self.tree.slots[index];
             let PairForce { positions, force, .. } = self.pair_force(slot, &self.contacts[index].state);
-            sum.force += guide.sign * force;
-            sum.moment += guide.sign * (positions[1] - center).perp(&force);
+            let sign = if slot.bodies == guide.bodies { 1.0 } else { -1.0 };
+            sum.force += sign * force;
+            sum.moment += sign * (positions[1] - center).perp(&force);
         }
         sum
     }
@@ -397,7 +442,7 @@ impl Dynamics<'_> {
                     Phase::Contact { traction, .. } => {
                         Phase::Contact { latch: Latch::ELASTIC, clipped, traction }
                     }
-                    Phase::Free => return f64::NAN,
+                    Phase::Free | Phase::Beyond => return f64::NAN,
                 };
                 if !self.acceleration(t, q, v, &mut a) {
                     return f64::NAN;
@@ -407,7 +452,9 @@ impl Dynamics<'_> {
                 let SlotMotion { eccentricity, acceleration, .. } = self.slot_motion(slot);
                 match slot.law.surfaces {
                     Surfaces::Bearing { .. } => acceleration.dot(&eccentricity.normalize()),
-                    Surfaces::Face(face) => acceleration.dot(&Vec2::from(face.normal)),
+                    Surfaces::Face(face) => {
+                        acceleration.dot(&Vec2::from(face.normal_at(eccentricity.into())))
+                    }
                 }
             };
             let (without, with) = (response(true), response(false));

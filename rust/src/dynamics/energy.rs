@@ -68,7 +68,7 @@ impl Dynamics<'_> {
     pub fn contact_energy(&self, index: usize) -> f64 {
         let penetration = self.contacts[index].state.penetration;
         match self.phases[index] {
-            Phase::Free => 0.0,
+            Phase::Free | Phase::Beyond => 0.0,
             Phase::Contact { traction: None, .. } => {
                 self.tree.slots[index].law.normal.elastic_energy(penetration)
             }
@@ -127,7 +127,7 @@ impl Dynamics<'_> {
 
     /// Power dissipated in a contact, after [`Dynamics::find_contacts`].
     pub fn contact_loss(&self, index: usize) -> ContactLoss {
-        if self.phases[index] == Phase::Free {
+        if !self.phases[index].touches() {
             return ContactLoss::default();
         }
         let law = &self.tree.slots[index].law;

@@ -1,6 +1,7 @@
 //! Exact derivatives of the accelerations with respect to positions, velocities and time.
 
-use crate::contact::pair::{Face, Phase, RelativeMotion, Surfaces};
+use crate::contact::face::Face;
+use crate::contact::pair::{Phase, RelativeMotion, Surfaces};
 use crate::dynamics::Dynamics;
 use crate::numerics::dual::{Dual, Scalar};
 use crate::numerics::linear::symmetric_solve;

@@ -7,7 +7,6 @@
 use super::Dynamics;
 use super::contacts::PairForce;
 use crate::contact::film::FilmForce;
-use crate::contact::pair::Phase;
 use crate::tree::elements::Realization;
 use crate::tree::kinematics::Vec2;
 
@@ -67,7 +66,7 @@ impl Dynamics<'_> {
     fn each_load(&self, supply: &mut impl FnMut(Option<usize>, Wrench)) {
         let tree = self.tree;
         for (index, slot) in tree.slots.iter().enumerate() {
-            if self.phases[index] == Phase::Free {
+            if !self.phases[index].touches() {
                 continue;
             }
             let PairForce { positions, force, moments } = self.pair_force(slot, &self.contacts[index].state);

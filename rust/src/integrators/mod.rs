@@ -219,6 +219,8 @@ pub enum Status {
     Held,
     /// A table ends, beyond which it is not extrapolated.
     OutsideTable,
+    /// What slides in a guide with ends has left it.
+    LeftGuide,
     /// The caller cancelled.
     Cancelled,
 }
@@ -237,6 +239,7 @@ impl Status {
             Status::Projection => "projection",
             Status::Held => "held",
             Status::OutsideTable => "outside_table",
+            Status::LeftGuide => "left_guide",
             Status::Cancelled => "cancelled",
         }
     }

@@ -25,6 +25,8 @@ const FIRST_OF_CONTACT: usize = 3;
 /// Quantities of what slides in a guide, seen from the guide: along its axis, to its left, angle; a pin has no tilt.
 const GUIDE: [&str; 7] =
     ["displacement", "velocity", "offset", "reaction_x", "reaction_y", "reaction_torque", "tilt"];
+/// Where the surfaces of a contact at a face touch or are closest.
+const PLACE: [&str; 2] = ["point_x", "point_y"];
 /// Energy dissipated in a clearance joint, and wear, since the start of the run.
 const LOSS: [&str; 3] = ["impact_loss", "friction_loss", "wear"];
 /// Quantities of a named point of a body.
@@ -81,6 +83,8 @@ pub enum Column {
     Torsion(usize, usize),
     /// Torque or force of a coupling.
     Coupling(usize, usize),
+    /// Place of a contact at a face.
+    Place(usize, usize),
     /// Loss of a contact slot.
     Loss(usize, usize),
     /// Wear of a slot in a sector of its bearing.
@@ -158,6 +162,9 @@ fn further_columns(mechanism: &Mechanism) -> Vec<Named> {
         columns.extend(named(&joint.name, &REACTION, |k| Column::Reaction(index, k)));
     }
     for (index, slot) in mechanism.slots.iter().enumerate() {
+        if let Surfaces::Face(_) = slot.law.surfaces {
+            columns.extend(named(&slot.name, &PLACE, |k| Column::Place(index, k)));
+        }
         columns.extend(named(&slot.name, &LOSS, |k| Column::Loss(index, k)));
     }
     for (index, driven) in mechanism.driven.iter().enumerate() {
@@ -265,7 +272,11 @@ impl Needs {
                 }
                 Column::Joint(..) => needs.contacts = true,
                 Column::Guide(_, quantity) => needs.contacts |= (3..6).contains(quantity),
-                Column::Link(..) | Column::Bushing(..) | Column::Film(..) | Column::Torsion(..) => {}
+                Column::Place(..)
+                | Column::Link(..)
+                | Column::Bushing(..)
+                | Column::Film(..)
+                | Column::Torsion(..) => {}
             }
         }
         needs.acceleration |= needs.reactions;
@@ -314,6 +325,10 @@ impl Column {
                 [relative_rotation(dynamics, torsion.bodies, 0), dynamics.torsion_torque(torsion)][quantity]
             }
             Column::Coupling(index, quantity) => dynamics.coupling_efforts(index)[quantity],
+            Column::Place(index, quantity) => {
+                let [_, touching] = dynamics.touching_points(&tree.slots[index]);
+                dynamics.point(touching).position[quantity]
+            }
             Column::Loss(index, quantity) => {
                 let loss = work.contacts[index];
                 [loss.impact, loss.friction - dynamics.carried_energy(index), loss.wear][quantity]
@@ -430,7 +445,7 @@ fn joint_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
         // Up to the located instant of the clipping the force may be tensile by a rounding error.
         6 => state.normal_force.max(0.0),
         7 => state.friction_force,
-        8 => f64::from(dynamics.phases[index] != Phase::Free),
+        8 => f64::from(dynamics.phases[index].touches()),
         _ => match dynamics.phases[index] {
             Phase::Contact { clipped: false, traction: Some(traction), .. } => f64::from(traction.sticks()),
             _ => 0.0,

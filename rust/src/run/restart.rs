@@ -136,10 +136,14 @@ impl Restart {
     }
 }
 
+/// The phase of a corner that is not over its face.
+const BEYOND: &str = "beyond";
+
 fn write_memory(memory: &Memory) -> Value {
     let Memory { phases, contacts, turns, work } = memory;
     let phase = |phase: &Phase| match *phase {
         Phase::Free => Value::Null,
+        Phase::Beyond => json!(BEYOND),
         Phase::Contact { latch, clipped, traction } => {
             let mut text = json!({ "clipped": f64::from(clipped) });
             let latched = Latch::NAMES.into_iter().zip(latch.numbers());
@@ -213,6 +217,9 @@ fn read_memory(fields: &mut Fields, problems: &mut Problems) -> Memory {
 fn read_phase(node: Node, problems: &mut Problems) -> Phase {
     if node.value.is_null() {
         return Phase::Free;
+    }
+    if node.value == BEYOND {
+        return Phase::Beyond;
     }
     let mut fields = node.fields(problems);
     let latch = Latch::from_numbers(Latch::NAMES.map(|name| fields.number(name, problems)));

@@ -2,7 +2,7 @@
 //! accepted steps.
 
 use crate::contact::pair::{Phase, Surfaces};
-use crate::dynamics::{Linearization, relative_motion};
+use crate::dynamics::{Linearization, SlotContact, relative_motion};
 use crate::integrators::dense::DenseStep;
 use crate::integrators::events::Guard;
 use crate::integrators::{HybridSystem, Limits, Projection, Status};
@@ -13,7 +13,7 @@ use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::onset::{begin_contacts, onset};
 use crate::run::contacts::sticking::{accelerate_sliding, begin_friction, cross_stick, stick_guard};
 use crate::run::contacts::switches::{cross_switch, switch_guard};
-use crate::run::contacts::{Event, EventKind};
+use crate::run::contacts::{Event, EventKind, OpenContact};
 use crate::run::features::Plan;
 use crate::run::motion::Motion;
 use crate::run::outputs::{Column, Needs, asked_sectors};
@@ -211,17 +211,22 @@ impl<'a> System<'a> {
             log.sticks[index].advance(t, presses, sticks);
         }
         match phase {
+            Phase::Beyond => {}
             Phase::Free => {
                 // Half a clearance per step: the journal cannot cross the bearing without an event. Along a face the
                 // bodies may slide as far as they like.
+                let mut clearance = joint.law.clearance;
                 let (rate, acceleration) = match joint.law.surfaces {
-                    Surfaces::Bearing { .. } => (relative.rate.norm(), relative.acceleration.norm()),
-                    Surfaces::Face(face) => {
+                    Surfaces::Face(face) if !face.is_past_end(relative.eccentricity.into()) => {
                         let along = relative.acceleration.dot(&Vec2::from(face.normal));
                         (state.penetration_rate.abs(), along.abs())
                     }
+                    _ => {
+                        // Beyond the end of a face there is as much room as there is distance.
+                        clearance = clearance.max(-state.penetration);
+                        (relative.rate.norm(), relative.acceleration.norm())
+                    }
                 };
-                let clearance = joint.law.clearance;
                 // |ė| h + |ë| h²/2 = c/2
                 let bound = clearance / (rate + (rate * rate + acceleration * clearance).sqrt());
                 demands.bound = demands.bound.min(self.settings.refinement() * bound);
@@ -234,8 +239,16 @@ impl<'a> System<'a> {
     }
 
     /// Changes the phase of a slot where its gap or the sign of its normal force changes; returns a bound of the next step.
-    fn cross_contact(&mut self, index: usize, of_gap: bool, (t, q, v): (f64, &[f64], &[f64])) -> f64 {
+    fn cross_contact(
+        &mut self,
+        index: usize,
+        of_gap: bool,
+        (t, q, v): (f64, &[f64], &[f64]),
+    ) -> Result<f64, Status> {
         self.log.end_phase(&mut self.motion, t, index, q, v);
+        if of_gap && self.cross_end(index, t)? {
+            return Ok(f64::INFINITY);
+        }
         let mut normal_velocity = self.motion.dynamics.contact_state(index).penetration_rate;
         let mut bound = f64::INFINITY;
         let stored = self.spring_energy(index);
@@ -251,8 +264,8 @@ impl<'a> System<'a> {
                 let kind = if clipped { EventKind::Unclip } else { EventKind::Clip };
                 (kind, Phase::Contact { latch, clipped: !clipped, traction })
             }
-            // The contact ended at the same instant.
-            (false, Phase::Free) => return bound,
+            // The contact ended or passed to a neighbor at the same instant.
+            (false, Phase::Free) | (_, Phase::Beyond) => return Ok(bound),
         };
         self.motion.dynamics.phases[index] = phase;
         if let EventKind::Onset | EventKind::Unclip = kind {
@@ -260,7 +273,43 @@ impl<'a> System<'a> {
         }
         self.account_spring(index, stored);
         self.log.record(Event { time: t, joint: index, kind, normal_velocity });
-        bound
+        Ok(bound)
+    }
+
+    /// Passes a corner that reaches an end of its face on to its neighbor, with the contact if it has one; false if it is
+    /// over its face. What leaves a guide altogether ends the run.
+    fn cross_end(&mut self, index: usize, t: f64) -> Result<bool, Status> {
+        let Motion { dynamics, mechanism, work, .. } = &mut self.motion;
+        let slot = &mechanism.slots[index];
+        let (Surfaces::Face(face), Some(neighbor)) = (slot.law.surfaces, &slot.neighbor) else {
+            return Ok(false);
+        };
+        let [[own, _], [far, _]] = dynamics.ends_ahead(slot, &face, neighbor);
+        let SlotContact { motion, state } = dynamics.contact_of(slot, dynamics.phases[index]);
+        if state.penetration.abs() < own.min(far) {
+            return Ok(false);
+        }
+        if far < own {
+            return Err(Status::LeftGuide);
+        }
+        let carried = dynamics.carried_energy(index);
+        let mut phase = dynamics.phases[index];
+        if let Phase::Contact { traction: Some(traction), .. } = &mut phase
+            && traction.sticks()
+        {
+            let force = slot.law.spring_force(traction, &motion, state.friction_force);
+            *traction = dynamics.anchored(&mechanism.slots[neighbor.slot], force, *traction);
+        }
+        dynamics.phases[index] = Phase::Beyond;
+        dynamics.phases[neighbor.slot] = phase;
+        work.contacts[index].friction -= carried;
+        work.contacts[neighbor.slot].friction += carried;
+        if phase.touches() {
+            let normal_velocity = state.penetration_rate;
+            self.log.record(Event { time: t, joint: index, kind: EventKind::Transfer, normal_velocity });
+            self.log.open[neighbor.slot] = Some(OpenContact::begin(neighbor.slot, t, f64::NAN));
+        }
+        Ok(true)
     }
 
     /// The guards of the slots that can stick, behind those of the switches; the frames have been moved to the state.
@@ -382,7 +431,7 @@ impl HybridSystem for System<'_> {
     fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> Result<f64, Status> {
         self.tracking.interrupt();
         match self.watched(guard) {
-            Watched::Contact { slot, of_gap } => Ok(self.cross_contact(slot, of_gap, (t, q, v))),
+            Watched::Contact { slot, of_gap } => self.cross_contact(slot, of_gap, (t, q, v)),
             Watched::Switch(switch) => cross_switch(&mut self.motion, switch, t, q, v),
             Watched::Sticking(slot) => {
                 self.cross_stick(slot, (t, q, v));
@@ -394,7 +443,7 @@ impl HybridSystem for System<'_> {
     fn first_step(&self, last: f64) -> f64 {
         // The steps of a contact are far too short for a flight, of which half a clearance bounds the steps.
         let phases = &self.motion.dynamics.phases;
-        let flies = !phases.is_empty() && phases.iter().all(|phase| matches!(phase, Phase::Free));
+        let flies = !phases.is_empty() && !phases.iter().any(Phase::touches);
         if flies { f64::INFINITY } else { last }
     }
 

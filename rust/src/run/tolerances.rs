@@ -199,7 +199,7 @@ impl Tolerances {
             Phase::Contact { latch, .. } => {
                 self.velocity.min(law.damping_rate(latch).max(self.finest_velocity))
             }
-            Phase::Free => self.velocity,
+            Phase::Free | Phase::Beyond => self.velocity,
         }
     }
 

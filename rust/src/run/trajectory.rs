@@ -94,6 +94,7 @@ impl Trajectory {
                 "a force holds what it depends on: it pushes it back from both sides of its switch"
             }
             Status::OutsideTable => "a table ends",
+            Status::LeftGuide => "what slides in a guide has left it at its end",
             Status::Cancelled => "the run was cancelled",
         };
         let paradox = self.paradox.as_ref().map_or(String::new(), |joint| {

@@ -117,7 +117,8 @@ impl Checker {
 impl Checker {
     /// Checks the numbers of a guide.
     pub(super) fn guide(&mut self, path: &str, joint: &Joint) {
-        let Joint::Guide { axis, shape, contact, friction, impact_velocity_floor, .. } = joint else {
+        let Joint::Guide { axis, shape, face_length, contact, friction, impact_velocity_floor, .. } = joint
+        else {
             return;
         };
         let direction = if let GuideShape::Stop { .. } = shape { "normal" } else { "axis" };
@@ -149,12 +150,36 @@ impl Checker {
             }
             GuideShape::Stop { radius } => self.at_least(&format!("{path}.radius"), "m", radius, 0.0),
         }
+        if let Some(length) = face_length {
+            self.positive(&format!("{path}.face_length"), "m", *length);
+            self.round_edge(path, shape, friction.as_ref());
+        }
         self.normal_law(&format!("{path}.contact"), contact);
         if let Some(law) = friction {
             self.friction(&format!("{path}.friction"), law);
         }
         if let Some(floor) = impact_velocity_floor {
             self.positive(&format!("{path}.impact_velocity_floor"), "m/s", *floor);
+        }
+    }
+
+    /// Checks what passes the ends of faces as a round edge.
+    fn round_edge(&mut self, path: &str, shape: &GuideShape, friction: Option<&FrictionLaw>) {
+        if let GuideShape::Block { .. } = shape {
+            return;
+        }
+        if let GuideShape::Stop { radius: 0.0 } = shape {
+            self.add(
+                format!("{path}.radius"),
+                "must be > 0 [m] at a face with ends: a sharp corner has no direction of contact there",
+            );
+        }
+        if let Some(FrictionLaw::StickSlip(_)) = friction {
+            self.add(
+                format!("{path}.friction"),
+                "must not stick at a face with ends: what sticks does not roll around them; smoothed_coulomb and \
+                 modified_coulomb may",
+            );
         }
     }
 

@@ -180,6 +180,8 @@ pub enum Joint {
         axis: [f64; 2],
         /// What slides in it.
         shape: GuideShape,
+        /// Length of the faces along the guide, in whose middle their point lies [m]; `None`: as long as needed.
+        face_length: Option<f64>,
         /// Normal-force law of each contact.
         contact: NormalLaw,
         /// Friction law, if any.

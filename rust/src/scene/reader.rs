@@ -196,6 +196,7 @@ fn guide(kind: JointType, name: String, fields: &mut Fields, problems: &mut Prob
         b,
         axis,
         shape,
+        face_length: fields.optional_number("face_length", problems),
         contact: fields
             .required("contact", problems)
             .map_or(UNREADABLE_LAW, |node| normal_law(node, problems)),

@@ -110,6 +110,20 @@ pub struct ContactSlot {
     pub law: ContactLaw,
     /// Lower bound of the impact velocity in the damping [m/s], if the scene gives one.
     pub impact_velocity_floor: Option<f64>,
+    /// What touches instead where the corner is not over its face, if that has ends.
+    pub neighbor: Option<Neighbor>,
+}
+
+/// The other corner at an end of a guide with ends: one of the block on the face of the guide, and the end of that face on
+/// the face of the block. One of the two is over the face of the other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Neighbor {
+    /// Its slot.
+    pub slot: usize,
+    /// The normal of the face there, in the axes of its body.
+    pub normal: [f64; 2],
+    /// 1 where the end at which it takes over lies ahead along the tangent of the own face, -1 where behind.
+    pub side: f64,
 }
 
 /// A guide with play, or a slot with a pin: what its contacts have in common.
@@ -127,8 +141,6 @@ pub struct Guide {
     pub angle: Option<f64>,
     /// Its contacts.
     pub slots: Range<usize>,
-    /// -1 where the force of a contact is that on the first body.
-    pub sign: f64,
 }
 
 /// A revolute joint at which a loop of ideal joints was cut: its two points must coincide.

@@ -1,18 +1,20 @@
 //! The contact slots of joints with clearance: one of a revolute joint, four of a block in a guide, two of a pin in a slot,
 //! one of a stop.
 
-use crate::contact::pair::{ContactLaw, Face, SlidingVelocity, Surfaces};
+use crate::contact::face::Face;
+use crate::contact::pair::{ContactLaw, SlidingVelocity, Surfaces};
 use crate::scene::parts::{GuideShape, Joint, length_scale};
-use crate::tree::elements::{ContactSlot, FramePoint, Guide, Tree};
+use crate::tree::elements::{ContactSlot, FramePoint, Guide, Neighbor, Tree};
 use crate::tree::kinematics::{Vec2, direction, perp, rotated};
 use crate::tree::span::{Builder, Placement};
 
-/// The corners of a block, seen along the axis of its guide: name, side along the axis, side to its left.
-const CORNERS: [(&str, f64, f64); 4] = [
-    ("front_left", 1.0, 1.0),
-    ("front_right", 1.0, -1.0),
-    ("rear_left", -1.0, 1.0),
-    ("rear_right", -1.0, -1.0),
+/// The corners of a block, seen along the axis of its guide: name, that of the end of the guide there, side along the
+/// axis, side to its left.
+const CORNERS: [(&str, &str, f64, f64); 4] = [
+    ("front_left", "front_left_end", 1.0, 1.0),
+    ("front_right", "front_right_end", 1.0, -1.0),
+    ("rear_left", "rear_left_end", -1.0, 1.0),
+    ("rear_right", "rear_right_end", -1.0, -1.0),
 ];
 /// The sides of a slot for a pin.
 const SIDES: [(&str, f64); 2] = [("left", 1.0), ("right", -1.0)];
@@ -53,6 +55,7 @@ impl Builder<'_> {
                         sliding: *sliding,
                     },
                     impact_velocity_floor: *impact_velocity_floor,
+                    neighbor: None,
                 }),
                 Joint::Guide { .. } => self.add_guide(tree, joint),
             }
@@ -61,7 +64,9 @@ impl Builder<'_> {
 
     /// Adds a guide with its slots; a stop is a slot alone.
     fn add_guide(&self, tree: &mut Tree, joint: &Joint) {
-        let Joint::Guide { name, axis, shape, contact, friction, impact_velocity_floor, .. } = joint else {
+        let Joint::Guide { name, axis, shape, face_length, contact, friction, impact_velocity_floor, .. } =
+            joint
+        else {
             return;
         };
         let ends = self.ends(joint);
@@ -69,20 +74,27 @@ impl Builder<'_> {
         let [first, second] =
             bodies.map(|body| body.and_then(|body| self.placements[body]).unwrap_or(Placement::GROUND));
         let axis = turned(direction(Vec2::from(*axis)), first.angle);
-        let (angle, is_sleeve) = match *shape {
-            GuideShape::Block { angle, is_sleeve, .. } => (Some(angle), is_sleeve),
-            GuideShape::Pin { .. } | GuideShape::Stop { .. } => (None, false),
+        let angle = match *shape {
+            GuideShape::Block { angle, .. } => Some(angle),
+            GuideShape::Pin { .. } | GuideShape::Stop { .. } => None,
         };
         // The axis in the frame of the second body, where it does not tilt.
         let on_b = turned(axis, second.angle - first.angle - angle.unwrap_or(0.0));
         let before = tree.slots.len();
-        for Touch { place, corner, face, clearance } in touches(shape, axis, on_b, length_scale(self.scene)) {
-            let [a, b] = if is_sleeve { [points[1], points[0]] } else { points };
+        let half_length = face_length.map_or(f64::INFINITY, |length| 0.5 * length);
+        let touches = touches(shape, [axis, on_b], half_length, length_scale(self.scene));
+        for (index, touch) in touches.iter().enumerate() {
+            let Touch { place, corner, face, clearance, is_face_on_b, side } = *touch;
+            let [a, b] = if is_face_on_b { [points[1], points[0]] } else { points };
             let [body_a, body_b] = bodies;
+            // Corners come first, then in the same order the ends of the faces.
+            let other = (index + touches.len() / 2) % touches.len();
+            let is_neighbor = angle.is_some() && face_length.is_some();
+            let neighbor = Neighbor { slot: before + other, normal: touches[other].face.normal, side };
             tree.slots.push(ContactSlot {
                 name: if place.is_empty() { name.clone() } else { format!("{name}.{place}") },
                 points: [a, FramePoint { offset: b.offset + corner, ..b }],
-                bodies: if is_sleeve { [body_b, body_a] } else { bodies },
+                bodies: if is_face_on_b { [body_b, body_a] } else { bodies },
                 law: ContactLaw {
                     surfaces: Surfaces::Face(face),
                     clearance,
@@ -91,56 +103,87 @@ impl Builder<'_> {
                     sliding: SlidingVelocity::Surface,
                 },
                 impact_velocity_floor: *impact_velocity_floor,
+                neighbor: is_neighbor.then_some(neighbor),
             });
         }
         if let GuideShape::Stop { .. } = shape {
             return;
         }
         let slots = before..tree.slots.len();
-        let sign = if is_sleeve { -1.0 } else { 1.0 };
-        tree.guides.push(Guide { name: name.clone(), points, bodies, axis, angle, slots, sign });
+        tree.guides.push(Guide { name: name.clone(), points, bodies, axis, angle, slots });
     }
 }
 
 /// A contact of a guide: its place in it, the vector from the point of its body to the corner, and the face that it may
 /// touch.
+#[derive(Clone, Copy)]
 struct Touch {
     place: &'static str,
     corner: Vec2,
     face: Face,
     clearance: f64,
+    /// Whether the face belongs to the second body of the joint.
+    is_face_on_b: bool,
+    /// See [`Neighbor::side`].
+    side: f64,
 }
 
-/// The contacts of a guide whose axis is given in the frame of the first body and in that of the second, in a mechanism
-/// of a size [m].
-fn touches(shape: &GuideShape, axis: Vec2, on_b: Vec2, scene_size: f64) -> Vec<Touch> {
+/// The contacts of a guide whose axis is given in the frame of the first body and in that of the second, with faces of half
+/// a length [m], in a mechanism of a size [m].
+fn touches(shape: &GuideShape, [axis, on_b]: [Vec2; 2], half_length: f64, scene_size: f64) -> Vec<Touch> {
+    let round = |place, normal: Vec2, limit, radius, clearance, size| Touch {
+        place,
+        corner: Vec2::zeros(),
+        face: Face { normal: normal.into(), limit, radius, size, half_length },
+        clearance,
+        is_face_on_b: false,
+        side: 0.0,
+    };
     match *shape {
         GuideShape::Block { length, height, clearance, is_sleeve, .. } => {
             let (half, wide) = (0.5 * height, 0.5 * height + clearance);
             let (face_axis, corner_axis) = if is_sleeve { (on_b, axis) } else { (axis, on_b) };
-            let corner_of = |(place, along, left): (&'static str, f64, f64)| {
-                // A rod is touched from outside.
-                let (reach, limit, into) = if is_sleeve { (wide, -half, -left) } else { (half, wide, left) };
-                Touch {
-                    place,
-                    corner: along * 0.5 * length * corner_axis + left * reach * perp(corner_axis),
-                    face: Face { normal: (into * perp(face_axis)).into(), limit, radius: 0.0, size: half },
-                    clearance,
-                }
+            // A rod is touched from outside.
+            let (reach, outward, limit) = if is_sleeve { (wide, -1.0, -half) } else { (half, 1.0, wide) };
+            let corner_of = |(place, _, along, left): (&'static str, &str, f64, f64)| Touch {
+                place,
+                corner: along * 0.5 * length * corner_axis + left * reach * perp(corner_axis),
+                face: Face {
+                    normal: (outward * left * perp(face_axis)).into(),
+                    limit,
+                    radius: 0.0,
+                    size: half,
+                    half_length,
+                },
+                clearance,
+                is_face_on_b: is_sleeve,
+                side: -along * outward * left,
             };
-            CORNERS.map(corner_of).into()
-        }
-        GuideShape::Pin { radius, clearance } => {
-            let side_of = |(place, left): (&'static str, f64)| {
-                let normal = (left * perp(axis)).into();
-                let face = Face { normal, limit: clearance, radius, size: radius };
-                Touch { place, corner: Vec2::zeros(), face, clearance }
+            // The end of the face against the side of what has the corners.
+            let end_of = |(_, place, along, left): (&str, &'static str, f64, f64)| Touch {
+                place,
+                corner: along * half_length * face_axis + outward * left * limit * perp(face_axis),
+                face: Face {
+                    normal: (-outward * left * perp(corner_axis)).into(),
+                    limit: -outward * reach,
+                    radius: 0.0,
+                    size: half,
+                    half_length: 0.5 * length,
+                },
+                clearance,
+                is_face_on_b: !is_sleeve,
+                side: along * outward * left,
             };
-            SIDES.map(side_of).into()
+            let corners = CORNERS.iter().copied().map(corner_of);
+            if half_length.is_finite() {
+                corners.chain(CORNERS.iter().copied().map(end_of)).collect()
+            } else {
+                corners.collect()
+            }
         }
-        GuideShape::Stop { radius } => {
-            let face = Face { normal: (-axis).into(), limit: -radius, radius, size: scene_size };
-            vec![Touch { place: "", corner: Vec2::zeros(), face, clearance: scene_size }]
-        }
+        GuideShape::Pin { radius, clearance } => SIDES
+            .map(|(place, left)| round(place, left * perp(axis), clearance, radius, clearance, radius))
+            .into(),
+        GuideShape::Stop { radius } => vec![round("", -axis, -radius, radius, scene_size, scene_size)],
     }
 }

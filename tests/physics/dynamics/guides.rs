@@ -1,8 +1,9 @@
 //! Contacts at faces, on random mechanisms: derivatives by differences, reactions and powers by their balances.
 
+use chebclear::contact::face::Face;
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::{Damping, NormalLaw};
-use chebclear::contact::pair::{ContactLaw, Face, Phase, SlidingVelocity, Surfaces};
+use chebclear::contact::pair::{ContactLaw, Phase, SlidingVelocity, Surfaces};
 use chebclear::dynamics::{Dynamics, Linearization};
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::tree::elements::{ContactScales, ContactSlot, FramePoint};
@@ -12,13 +13,27 @@ use crate::dynamics::cartesian::{added, largest, moving_cases};
 use crate::dynamics::random_trees::Case;
 use crate::support::{Random, derivative};
 
-/// The case with faces of a corner and of a pin between its first and its last body, or ground, that touch.
+/// The radius of an edge and how far it is beyond the end of its face: a corner, a pin, a pin that rolls around an end.
+type Edge = (f64, f64);
+const WITHOUT_ENDS: [Edge; 2] = [(0.0, f64::NEG_INFINITY), (0.07, f64::NEG_INFINITY)];
+const ALL: [Edge; 3] = [WITHOUT_ENDS[0], WITHOUT_ENDS[1], (0.07, 0.03)];
+
+fn with_faces_and_ends(case: &Case, random: &mut Random) -> (Mechanism, Vec<Phase>) {
+    with_edges(case, random, &ALL)
+}
+
+/// The case with faces without ends, of a corner and of a pin.
 pub(crate) fn with_faces(case: &Case, random: &mut Random) -> (Mechanism, Vec<Phase>) {
+    with_edges(case, random, &WITHOUT_ENDS)
+}
+
+/// The case with edges at faces between its first and its last body, or ground, that touch.
+fn with_edges(case: &Case, random: &mut Random, edges: &[Edge]) -> (Mechanism, Vec<Phase>) {
     let mut mechanism = case.mechanism.clone();
     let mut phases = case.phases.clone();
     let last = mechanism.tree.bodies.len() - 1;
     let bodies = if random.unit() < 0.3 { [None, Some(last)] } else { [Some(last), Some(0)] };
-    for radius in [0.0, 0.07] {
+    for &(radius, beyond) in edges {
         let points = bodies.map(|body| FramePoint {
             frame: body.map_or(0, |body| mechanism.tree.bodies[body].frame),
             offset: Vector2::new(random.within(-0.3, 0.3), random.within(-0.3, 0.3)),
@@ -29,11 +44,14 @@ pub(crate) fn with_faces(case: &Case, random: &mut Random) -> (Mechanism, Vec<Ph
         dynamics.move_to(case.t, &case.q, &case.v);
         let [a, b] = points.map(|point| dynamics.point(point).position);
         let into = dynamics.frame(points[0].frame).to_world(Vector2::from(normal));
-        // The edge lies a hundredth deep in the face.
+        // The edge lies a hundredth deep in the face, or is deeper than that beyond its end.
         let limit = into.dot(&(b - a)) - 0.01;
+        let place = into.perp(&(b - a)).abs();
+        let half_length = place - beyond.min(0.5 * place);
+        let limit = if half_length.is_finite() { limit - 0.02 } else { limit };
         let friction = FrictionLaw::SmoothedCoulomb { coefficient: 0.3, velocity: 0.8 };
         let law = ContactLaw {
-            surfaces: Surfaces::Face(Face { normal, limit, radius, size: 0.1 }),
+            surfaces: Surfaces::Face(Face { normal, limit, radius, size: 0.1, half_length }),
             clearance: 0.01,
             normal: NormalLaw {
                 stiffness: 4e3,
@@ -44,8 +62,15 @@ pub(crate) fn with_faces(case: &Case, random: &mut Random) -> (Mechanism, Vec<Ph
             sliding: SlidingVelocity::Surface,
         };
         phases.push(Phase::Contact { latch: law.normal.latch(1.0), clipped: false, traction: None });
-        let name = format!("face {radius}");
-        mechanism.tree.slots.push(ContactSlot { name, points, bodies, law, impact_velocity_floor: None });
+        let name = format!("face {radius} {beyond}");
+        mechanism.tree.slots.push(ContactSlot {
+            name,
+            points,
+            bodies,
+            law,
+            impact_velocity_floor: None,
+            neighbor: None,
+        });
         let scales =
             ContactScales { mass: 1.0, resting_penetration: 1.0, resting_speed: 1.0, resting_velocity: 1.0 };
         mechanism.scales.contacts.push(scales);
@@ -89,7 +114,7 @@ pub(crate) fn assert_linearization(dynamics: &mut Dynamics, case: &Case, index: 
 
 #[test]
 fn linearization_agrees_with_differences() {
-    compare_with_differences(with_faces);
+    compare_with_differences(with_faces_and_ends);
 }
 
 /// Compares the derivatives of the accelerations of altered cases without other contacts with differences.
@@ -111,7 +136,7 @@ pub(crate) fn compare_with_differences(altered: Altered) {
 
 #[test]
 fn reactions_balance_and_powers_agree() {
-    check_balances(with_faces);
+    check_balances(with_faces_and_ends);
 }
 
 /// Checks that the reactions of altered cases balance and that their powers agree.

@@ -209,7 +209,7 @@ impl HybridSystem for Rattle {
                     overshoot: (8.0 * resolution).max(1e-4),
                 }
             }
-            Phase::Free => Guard::INACTIVE,
+            Phase::Free | Phase::Beyond => Guard::INACTIVE,
         };
     }
 
@@ -229,7 +229,7 @@ impl HybridSystem for Rattle {
             (_, Phase::Contact { latch, clipped, traction }) => {
                 Phase::Contact { latch, clipped: !clipped, traction }
             }
-            (_, Phase::Free) => Phase::Free,
+            (_, Phase::Free | Phase::Beyond) => Phase::Free,
         };
         Ok(bound)
     }

@@ -43,13 +43,13 @@ fn clips(run: &Trajectory, joint: usize, starts_inside: bool) -> usize {
     for event in run.events.iter().filter(|event| event.joint == joint) {
         let legal = match event.kind {
             EventKind::Onset => !contact,
-            EventKind::Separation => contact,
+            EventKind::Separation | EventKind::Transfer => contact,
             EventKind::Clip => contact && !clipped,
             EventKind::Unclip => contact && clipped,
             EventKind::Stick | EventKind::Slip => contact && !clipped,
         };
         assert!(legal, "{event:?} with contact {contact}, clipped {clipped}");
-        contact = event.kind != EventKind::Separation;
+        contact = !matches!(event.kind, EventKind::Separation | EventKind::Transfer);
         clipped = event.kind == EventKind::Clip;
         count += usize::from(clipped);
     }

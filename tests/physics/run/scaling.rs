@@ -67,7 +67,7 @@ impl Units {
     fn of(self, column: &str) -> f64 {
         match column.rsplit_once('.').unwrap().1 {
             "x" | "y" | "eccentricity_x" | "eccentricity_y" | "eccentricity" | "penetration"
-            | "displacement" | "offset" | "length" => self.length,
+            | "displacement" | "offset" | "length" | "point_x" | "point_y" => self.length,
             "vx" | "vy" | "penetration_rate" | "sliding_velocity" | "velocity" | "lengthening" => {
                 self.speed()
             }
@@ -115,8 +115,11 @@ impl Units {
                     *clearance *= self.length;
                     self.scale_laws(contact, friction, impact_velocity_floor);
                 }
-                Joint::Guide { axis, shape, contact, friction, impact_velocity_floor, .. } => {
+                Joint::Guide {
+                    axis, shape, face_length, contact, friction, impact_velocity_floor, ..
+                } => {
                     *axis = axis.map(|x| x * self.length);
+                    face_length.iter_mut().for_each(|size| *size *= self.length);
                     match shape {
                         GuideShape::Block { length, height, clearance, .. } => {
                             [length, height, clearance].into_iter().for_each(|size| *size *= self.length);
@@ -249,16 +252,17 @@ fn guided() -> Scene {
         GuideShape::Block { length: 0.04, height: 0.02, clearance: 1e-4, angle: 0.0, is_sleeve: false };
     let stop = GuideShape::Stop { radius: 3e-3 };
     let parts = [
-        ("guide", "ground", "slider", [1.0, 0.0], shape, Some(paper_friction())),
-        ("stop", "ground", "rod.center_of_mass", [0.3, 1.0], stop, None),
+        ("guide", "ground", "slider", [1.0, 0.0], shape, Some(paper_friction()), None),
+        ("stop", "ground", "rod.center_of_mass", [0.3, 1.0], stop, None, Some(0.2)),
     ];
     scene.joints.push(wrist);
-    scene.joints.extend(parts.map(|(name, a, b, axis, shape, friction)| Joint::Guide {
+    scene.joints.extend(parts.map(|(name, a, b, axis, shape, friction, face_length)| Joint::Guide {
         name: name.to_owned(),
         a: a.to_owned(),
         b: b.to_owned(),
         axis,
         shape,
+        face_length,
         contact,
         friction,
         impact_velocity_floor: Some(1e-6),

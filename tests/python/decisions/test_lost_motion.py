@@ -95,6 +95,48 @@ def test_a_rocker_turns_by_its_play_over_the_sine_of_the_transmission_angle():
     assert found.unit == "rad"
 
 
+@pytest.mark.parametrize("corners", ["b", "a"])
+@pytest.mark.parametrize("face", [None, 0.06])
+def test_a_scotch_yoke_moves_as_far_as_a_search_of_all_poses_finds(corners, face):
+    """Guide and slot at the ends of their play: every tilt and offset with which no corner is in a face."""
+    of_guide, of_slot, length, place, tip, angle = 1e-6, 2e-6, 0.08, (0.03, 0.02), (-0.02, 0.05), 0.7
+    law = cc.laws.Hertz(1e9)
+    yoke = cc.Body("yoke", 1.0, 1e-3, points={"S": place, "T": tip})
+    size = {"length": length, "height": 0.02, "clearance": of_guide, "corners": corners, "face_length": face}
+    guide = cc.ClearancePrismatic("guide", "ground.G", "yoke", (1.0, 0.0), contact=law, **size)
+    slot = cc.PinInSlot("slot", "yoke.S", "crank.A", (0.2, 1.0), 0.005, of_slot, law)
+    scene = cc.Scene(
+        [cc.Body("crank", 1.0, 1e-3, points={"A": (0.025, 0.0)}), yoke],
+        [cc.Revolute("main", "ground", "crank"), guide, slot],
+        drives=[cc.motions.Speed("motor", "main", 10.0, angle)],
+        ground={"G": (-0.025, 0.0)},
+    )
+    pin = 0.025 * np.array([np.cos(angle), np.sin(angle)])
+    normal = np.array([1.0, -0.2]) / np.hypot(1.0, 0.2)
+
+    def shift(offset, tilt, across):
+        """Where yoke and tip are along the guide, with the pin at a distance from the middle of the slot."""
+        cosine, sine = np.cos(tilt), np.sin(tilt)
+        turned = np.array([[cosine, -sine], [sine, cosine]])
+        world = turned @ normal
+        x = (world @ (pin - np.array([0.0, offset])) - normal @ place - across) / world[0]
+        return x, x + (turned @ tip)[0]
+
+    middle = shift(0.0, 0.0, 0.0)[0] + 0.025
+    own, end = length / 2, np.inf if face is None else face / 2
+    sleeve, rod = (own, end) if corners == "a" else (end, own)
+    rear, front = max(-sleeve, middle - rod) - middle, min(sleeve, middle + rod) - middle
+    found = []
+    for at_rear in np.linspace(-of_guide, of_guide, 9):
+        for at_front in np.linspace(-of_guide, of_guide, 9):
+            tilt = (at_front - at_rear) / (front - rear)
+            offset = at_front - tilt * front
+            found += [shift(offset, tilt, across)[1] for across in (-of_slot, 0.0, of_slot)]
+    lost = cc.lost_motion(scene, "yoke.T", (1.0, 0.0), angles=2)
+    assert list(lost) == ["guide", "slot"]
+    assert lost.total[0] == pytest.approx(max(found) - min(found), rel=1e-5)
+
+
 def test_the_picture_has_a_layer_for_each_joint():
     found = cc.lost_motion(crank(), "slider", (1.0, 0.0), clearances=ALL, angles=37)
     ax = found.plot(unit="µm")
@@ -109,9 +151,9 @@ class TestBadInput:
             ({"at": 3}, "at must be a point or a body"),
             ({"direction": (0.0, 0.0)}, "direction must be finite and not zero"),
             ({"direction": (1.0,)}, "direction must be a pair"),
-            ({"clearances": {"pins": 1e-5}}, 'unknown revolute joint; did you mean "pin"'),
+            ({"clearances": {"pins": 1e-5}}, 'unknown joint that may have play; did you mean "pin"'),
             ({"clearances": {"pin": -1e-5}}, ">= 0"),
-            ({"clearances": {"guide": 1e-5}}, "unknown revolute joint"),
+            ({"clearances": {"guide": 1e-5}}, "unknown joint"),
             ({"clearances": None}, "has no joint with clearance"),
             ({"angles": 1}, "angles must be"),
             ({"at": "slidr"}, 'unknown body "slidr"; did you mean "slider"'),

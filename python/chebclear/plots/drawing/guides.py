@@ -53,6 +53,8 @@ def _between_faces(
     half_length, half_height = half_size(joint)
     reach = (1.0 + _BEYOND) * half_length
     low, high = along + travel[0] - reach, along + travel[1] + reach
+    if joint.face_length is not None:
+        low, high = -0.5 * joint.face_length, 0.5 * joint.face_length
     gap = half_height + pen.exaggerate * joint.clearance
     for side in (-1.0, 1.0):
         ends = [start + place * way + side * gap * across for place in (low, high)]
@@ -81,6 +83,8 @@ def _sleeve(pen: Pen, joint: ClearancePrismatic, travel: tuple[float, float]) ->
         _block(pen, sleeve, start, way, half_length, (inner, outer))
     reach = max(2.0 * half_length, abs(along) + half_length, *(abs(one) + half_length for one in travel))
     center = start + pen.exaggerate * off * across
+    if joint.face_length is not None:
+        center, reach = center + along * way, 0.5 * joint.face_length
     tilt = _tilt(pose, sleeve, rod, joint.angle)
     _block(pen, rod, center, _turned(way, pen, tilt), reach, (-half_height, half_height))
 
@@ -90,9 +94,10 @@ def _stop(pen: Pen, joint: Stop) -> None:
     normal = pose.direction(joint.normal, owner_of(joint.a))
     along = np.array([normal[1], -normal[0]])
     half = _FACE * pen.unit
+    reach = half if joint.face_length is None else 0.5 * joint.face_length
     place = pose.at(joint.a)
     # The body of the face lies to the right of its line.
-    _face(pen, owner_of(joint.a), place - half * along, place + half * along, reverse=True)
+    _face(pen, owner_of(joint.a), place - reach * along, place + reach * along, reverse=True)
     color = pose.colors[owner_of(joint.b)]
     radius = joint.radius or 0.15 * half
     pen.disc(pose.at(joint.b), radius, owner_of(joint.b), color, color, 5, alpha=0.75)

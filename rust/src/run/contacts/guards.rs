@@ -1,11 +1,13 @@
 //! Guards of a clearance joint, whose zeros change its phase, and what contacts ask of a step.
 
-use crate::contact::pair::{ContactState, Phase};
+use crate::contact::pair::{ContactState, Phase, Surfaces};
+use crate::dynamics::Dynamics;
 use crate::integrators::events::Guard;
 use crate::mechanism::compiled::Mechanism;
 use crate::run::contacts::log::ContactLog;
 use crate::run::motion::Motion;
 use crate::run::tolerances::Tolerances;
+use crate::tree::elements::ContactSlot;
 use crate::tree::kinematics::PointState;
 
 /// Error of the penetration rate, relative to the velocity tolerance, within which the sign of the normal
@@ -67,13 +69,18 @@ impl StepDemands {
         let joint = &motion.mechanism.slots[index];
         let dynamics = if is_inside { &motion.inside } else { &motion.dynamics };
         let ends = dynamics.slot_ends(joint);
-        let state = dynamics.contact_without_forces(joint, &ends);
+        let state = dynamics.contact_without_forces(joint, &ends, motion.dynamics.phases[index]);
         let steep = joint.law.stick_velocity();
         self.breaks_away |= self.sticks_at_start(motion, index)
             && steep.is_some_and(|steep| state.sliding_velocity.abs() > steep);
         self.refine_velocity(motion, tolerances, index, &state);
+        let gap = gap_guard(motion, tolerances, index, &state, &ends);
         [
-            gap_guard(motion, tolerances, index, &state, &ends),
+            if joint.neighbor.is_some() && gap != Guard::INACTIVE {
+                guard_of_ends(dynamics, joint, gap)
+            } else {
+                gap
+            },
             tension_guard(motion, tolerances, index, &state, &ends),
         ]
     }
@@ -140,6 +147,8 @@ fn gap_guard(
     let sign = match motion.dynamics.phases[index] {
         Phase::Free => -1.0,
         Phase::Contact { .. } => 1.0,
+        // The neighbor watches the end of the face.
+        Phase::Beyond => return Guard::INACTIVE,
     };
     let resolution = gap_resolution(motion.mechanism, ends);
     Guard {
@@ -149,6 +158,15 @@ fn gap_guard(
         resolution,
         overshoot: (8.0 * resolution).max(ONSET_PART * tolerances.position),
     }
+}
+
+/// The guard of the gap of a corner, or that of an end of its face if it is closer to zero.
+#[inline(never)]
+fn guard_of_ends(dynamics: &Dynamics, slot: &ContactSlot, gap: Guard) -> Guard {
+    let (Surfaces::Face(face), Some(neighbor)) = (slot.law.surfaces, &slot.neighbor) else { return gap };
+    dynamics.ends_ahead(slot, &face, neighbor).into_iter().fold(gap, |guard, [value, rate]| {
+        if value < guard.value { Guard { value, rate, ..guard } } else { guard }
+    })
 }
 
 /// Guard of the sign of the normal force: zero where the damping would make it tensile, or no longer

@@ -46,7 +46,7 @@ impl ContactLog {
         self.events.push(event);
         match kind {
             EventKind::Onset => self.open[joint] = Some(OpenContact::begin(joint, time, normal_velocity)),
-            EventKind::Separation => {
+            EventKind::Separation | EventKind::Transfer => {
                 if let Some(OpenContact { contact, .. }) = self.open[joint].take() {
                     self.closed.push(Contact { separation: time, ..contact });
                 }

@@ -26,6 +26,8 @@ pub enum EventKind {
     Stick,
     /// They slide from here on: the spring of the contact reaches Coulomb's limit.
     Slip,
+    /// The contact passes to the neighbor of its slot, at an end of a face.
+    Transfer,
 }
 
 impl EventKind {
@@ -38,6 +40,7 @@ impl EventKind {
             EventKind::Unclip => "unclip",
             EventKind::Stick => "stick",
             EventKind::Slip => "slip",
+            EventKind::Transfer => "transfer",
         }
     }
 }
@@ -64,7 +67,7 @@ pub struct Contact {
     pub onset: f64,
     /// Separation [s]; NaN while it lasts.
     pub separation: f64,
-    /// Approach velocity at the onset [m/s]; NaN if the run began in contact.
+    /// Approach velocity at the onset [m/s]; NaN if the run began in contact or a neighbor did.
     pub impact_velocity: f64,
     /// Largest normal force so far [N].
     pub peak_force: f64,

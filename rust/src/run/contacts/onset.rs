@@ -1,6 +1,6 @@
 //! The damping of a contact, fixed at its onset or at the start of a run that begins in contact.
 
-use crate::contact::pair::Phase;
+use crate::contact::pair::{Phase, Surfaces};
 use crate::dynamics::relative_motion;
 use crate::run::contacts::OpenContact;
 use crate::run::contacts::guards::gap_resolution;
@@ -80,6 +80,10 @@ pub(crate) fn begin_contacts(
     let mut warnings = Vec::new();
     motion.dynamics.move_to(0.0, q, v);
     for index in 0..motion.dynamics.phases.len() {
+        begin_at_ends(motion, index);
+        if motion.dynamics.phases[index] == Phase::Beyond {
+            continue;
+        }
         let state = motion.dynamics.contact_state(index);
         let mechanism = motion.mechanism;
         let joint = &mechanism.slots[index];
@@ -116,6 +120,18 @@ pub(crate) fn begin_contacts(
         log.open[index] = Some(OpenContact::begin(index, 0.0, f64::NAN));
     }
     warnings
+}
+
+/// Decides which of two corners at an end of a guide is over the face of the other; the first of them decides.
+fn begin_at_ends(motion: &mut Motion, index: usize) {
+    let slot = &motion.mechanism.slots[index];
+    if let (Surfaces::Face(face), Some(neighbor)) = (slot.law.surfaces, &slot.neighbor)
+        && index < neighbor.slot
+    {
+        let [[ahead, _], _] = motion.dynamics.ends_ahead(slot, &face, neighbor);
+        let beyond = if ahead < 0.0 { index } else { neighbor.slot };
+        motion.dynamics.phases[beyond] = Phase::Beyond;
+    }
 }
 
 /// Effective mass [kg] for the normal force of a contact in a state.
