@@ -41,14 +41,16 @@ _JOINT_COLUMNS = ("eccentricity_x", "eccentricity_y", "normal_force", "friction_
 class Animation:
     """A run or a mode as a moving picture, to be saved or played in a notebook; `animate` makes it."""
 
-    def __init__(self, stage: Stage, rate: int, shown: str = "the run") -> None:
-        self._stage, self.rate, self._shown = stage, rate, shown
+    def __init__(self, motion: Motion, rate: int, size: tuple[float, float], shown: str = "the run") -> None:
+        self._motion, self.rate, self._shown = motion, rate, shown
+        self._film = run_film(motion, rate)
+        self._stage = Stage(self._film, motion.scene, size)
 
     def __repr__(self) -> str:
         return f"<Animation: {len(self)} frames, {self.rate:g} a second>"
 
     def __len__(self) -> int:
-        return len(self._stage.motion.frames)
+        return len(self._motion.frames)
 
     def figure(self, frame: int = 0) -> Figure:
         """The picture of one frame; the same figure for all of them."""
@@ -97,7 +99,7 @@ class Animation:
         return widget_of(self.film())
 
     def _repr_html_(self) -> str:
-        return framed(self._page(), mechanism_words(self._stage.motion.scene))
+        return framed(self._page(), mechanism_words(self._motion.scene))
 
     def _repr_mimebundle_(self, **asked: Any) -> Any:
         try:
@@ -130,13 +132,13 @@ class Animation:
 
     def film(self) -> Film:
         """What pages and notebooks play."""
-        return run_film(self._stage.motion, self.rate)
+        return self._film
 
     def _page(self) -> str:
         return film_page(self.film(), self._note())
 
     def _note(self) -> str:
-        motion = self._stage.motion
+        motion = self._motion
         span = float(motion.t[motion.frames[-1]] - motion.t[motion.frames[0]])
         slower = (len(self) - 1) / self.rate / span
         output = column_words(motion.output)
@@ -227,8 +229,8 @@ def animate(
     if len(samples) < 2:
         raise ArgumentError(f"fewer than two samples lie between start={since:g} and end={until:g} s")
     picked = np.unique(np.linspace(0, len(samples) - 1, count).round().astype(np.int64))
-    stage = Stage(motion_of(run, poses, samples, picked, chosen, shown), (extent[0], extent[1]))
-    return Animation(stage, pace)
+    motion = motion_of(run, poses, samples, picked, chosen, shown)
+    return Animation(motion, pace, (extent[0], extent[1]))
 
 
 def animate_mode(modes: Modes, mode: int, size: float, frames: int, rate: int) -> Animation:
@@ -255,7 +257,7 @@ def animate_mode(modes: Modes, mode: int, size: float, frames: int, rate: int) -
         values=np.array(places)[:, axis],
     )
     shown = f"mode {mode} at {frequency:.4g} Hz, of no size of its own"
-    return Animation(Stage(motion, (10.0, 5.0)), pace, shown)
+    return Animation(motion, pace, (10.0, 5.0), shown)
 
 
 def _ffmpeg() -> str:

@@ -9,19 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.prefixes import prefix_of
+from ...base.tables import format_number
 from ...report.film import Film, Panel, Shape, chart
 from ...scene.columns import column_unit, plain_words
 from ...scene.scene import Scene, Speed
 from ..drawing.pose import pose_columns, simulated_poses
 from ..drawing.strokes import Stroke
 from .motion import LooseJoint, Motion, MovingMechanism, moving_mechanism
-from .stage import FORCE, GAP, REACH, VIEW, arrow, arrow_head, bearing_words, drawn_path, force_words
 
 if TYPE_CHECKING:
     from ...run.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
+# The magnified joint in radii of the journal: clearance, and half the width of the picture.
+GAP, VIEW = 0.35, 2.5
+_FORCE, _TRAIL = "#AA3377", "path of the center of the journal"
 _STILL = np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]])
 MOST_FRAMES = 121
 """Frames of a film in a report [-]."""
@@ -118,29 +121,46 @@ def _shape(stroke: Stroke, moves: int) -> Shape:
 def _bearing(motion: Motion, loose: LooseJoint) -> Panel:
     """The magnified joint, in radii of its journal, with the contact force on the journal as an arrow."""
     outer, inner = loose.colors
-    path = drawn_path(loose)
+    path, frames = GAP * loose.eccentricity / loose.joint.clearance, motion.frames
+    tails, tips, full = arrows(path[frames], loose.force[frames])
     center = np.zeros((1, 2))
     arm = 0.12 * np.array([[-1.0, 0.0], [1.0, 0.0]])
-    unit_arrow = np.array([[0.0, 0.0], [REACH, 0.0]])
-    trail = path[np.isfinite(path).all(axis=1)]
+    shaft, head = np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([[1.0, 0.0], [0.78, 0.088], [0.78, -0.088]])
     shapes = [
         Shape("disc", center, 0, outer, 2.5, "#ffffff", radius=1.0 + GAP, name="bearing"),
         Shape("disc", center, 1, inner, 1.0, inner, 0.55, radius=1.0, name="journal"),
-        Shape("line", trail, 0, "#777777", 0.6, name="path of the center of the journal"),
+        Shape("line", path[np.isfinite(path).all(axis=1)], 0, "#777777", 0.6, name=_TRAIL),
         Shape("disc", center, 0, "#404040", 0.8, radius=GAP, dashed=True, name="contact"),
         *(Shape("line", arm @ turn, 0, outer, 1.0) for turn in (np.eye(2), np.eye(2)[::-1])),
         *(Shape("line", arm @ turn, 1, "#000000", 1.0) for turn in (np.eye(2), np.eye(2)[::-1])),
-        Shape("line", unit_arrow, 2, FORCE, 2.0),
-        Shape("area", arrow_head(*unit_arrow), 2, FORCE, 1.0, FORCE),
+        Shape("line", shaft, 2, _FORCE, 2.0),
+        Shape("area", head, 2, _FORCE, 1.0, _FORCE),
     ]
-    journal = np.column_stack([np.tile(_STILL[0, :4], (len(motion.frames), 1)), path[motion.frames]])
-    forces = np.array([_arrow_steps(*arrow(loose, motion.frames, int(sample))) for sample in motion.frames])
-    texts = [force_words(float(force)) for force in np.hypot(*loose.force[motion.frames].T)]
-    view = (-VIEW, VIEW, -VIEW, VIEW)
-    return Panel(bearing_words(loose, motion.frames), view, shapes, [_STILL, journal, forces], texts)
+    journal = np.column_stack([np.tile(_STILL[0, :4], (len(frames), 1)), path[frames]])
+    x, y = (tips - tails).T
+    texts = [
+        f"contact force {format_number(force, 3)} N" if force > 0.0 else "free flight"
+        for force in np.hypot(*loose.force[frames].T).tolist()
+    ]
+    larger = GAP * loose.joint.journal_radius / loose.joint.clearance
+    title = (
+        f"{plain_words(loose.joint.name)}, clearance drawn {larger:.3g} times larger; contact force on the "
+        f"journal, longest arrow: {format_number(full, 3)} N"
+    )
+    transforms = [_STILL, journal, np.column_stack([x, y, -y, x, tails])]
+    return Panel(title, (-VIEW, VIEW, -VIEW, VIEW), shapes, transforms, texts)
 
 
-def _arrow_steps(tail: Array, tip: Array) -> Array:
-    """What takes the arrow along the first axis to another one."""
-    x, y = (tip - tail) / REACH
-    return np.array([x, y, -y, x, *tail])
+def arrows(path: Array, force: Array) -> tuple[Array, Array, float]:
+    """Tails and tips of the contact force on a journal, which acts where the surfaces touch.
+
+    The third is the force that has the longest arrow, one radius of the journal: few frames have more, which
+    would leave the others none. Tail and tip are one in free flight.
+    """
+    strength, size = np.hypot(*force.T), np.hypot(*path.T)
+    pressed = strength[strength > 0.0]
+    full = float(np.quantile(pressed, 0.9)) if len(pressed) else 0.0
+    acts = (strength > 0.0) & (size > 0.0)
+    tips = np.where(acts, 1.0 + 1.0 / np.where(acts, size, 1.0), 1.0)[:, None] * path
+    scale = np.where(acts, np.minimum(1.0 / np.where(acts, strength, 1.0), 1.0 / (full or 1.0)), 0.0)
+    return tips - scale[:, None] * force, tips, full

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.units import unit
+from ...report.film import Shape
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -45,14 +46,16 @@ class Stroke:
     """Radius of a disc [m]."""
 
 
-def put_on(ax: Axes, strokes: Iterable[Stroke]) -> list[Artist]:
-    """Draw strokes on axes, each as one artist."""
+def put_on(ax: Axes, strokes: Iterable[Stroke | Shape]) -> list[Artist]:
+    """Draw strokes on axes, or the shapes of a film from back to front, each as one artist."""
     from matplotlib.colors import to_rgba
     from matplotlib.patches import Circle, Polygon
 
     artists: list[Artist] = []
-    for stroke in strokes:
-        options: dict[str, Any] = {"linewidth": stroke.width, "zorder": stroke.layer}
+    for place, stroke in enumerate(strokes):
+        layer = stroke.layer if isinstance(stroke, Stroke) else 1.0 + 1e-3 * place
+        style = "--" if isinstance(stroke, Shape) and stroke.dashed else "-"
+        options: dict[str, Any] = {"linewidth": stroke.width, "zorder": layer, "linestyle": style}
         face = "none" if stroke.face == "none" else to_rgba(stroke.face, stroke.alpha)
         filled = options | {"facecolor": face, "edgecolor": stroke.color}
         if stroke.kind == "line":
