@@ -111,7 +111,7 @@ def test_thousands_of_outputs_are_told_in_a_few_lines():
 @pytest.mark.parametrize("member", ["t", "values", "parameters", "features.runs", "features.nominal"])
 @pytest.mark.parametrize("told", [True, False])
 def test_a_member_with_a_damaged_name_is_damage(tmp_path, member, told):
-    """Also in files from before they told their members."""
+    """Also where the list of members is missing."""
     path = cc.Study(waves, BOX).sample(3).save(tmp_path / "study")
     with np.load(path) as archive:
         arrays = dict(archive)
