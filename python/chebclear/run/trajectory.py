@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -28,7 +28,7 @@ from .contacts import Contacts, Events
 from .dataset import common_facts
 from .features import EXTREMA, Extremum, Feature
 from .names import column_index
-from .notices import Notice, WithNotices, as_plain
+from .notices import Notice, WithNotices
 from .settings import Settings, checked_settings, require_features
 from .signals.signals import WithSignals
 from .tracking import settling_time
@@ -39,17 +39,6 @@ if TYPE_CHECKING:
     from ..plots.animation.animate import Animation
 
 Array = NDArray[np.float64]
-
-# Fields of an error estimate in a file.
-_ERROR_ARRAYS = ("max_difference", "ranges", "horizon")
-_ERROR_FACTS = ("rtol", "status", "compared_until")
-_FACTS = ("status", "message", "end_time", "start", "joint", "failed_load")
-_TABLES: dict[str, type[Events | Contacts]] = {
-    "events": Events,
-    "contacts": Contacts,
-    "skipped_events": Events,
-    "skipped_contacts": Contacts,
-}
 
 
 @dataclass(frozen=True, repr=False)
@@ -255,8 +244,9 @@ class Trajectory(WithNotices, WithSignals, records.Saved, Exports, Named[Array],
         """
         variables = {"t": Variable(("t",), self.t, "s")}
         variables |= {name: Variable(("t",), self[name], column_unit(name)) for name in self.columns}
-        for name, kind in _TABLES.items():
-            variables |= table_variables(name, name, getattr(self, name), units(kind))
+        for name in ("events", "contacts", "skipped_events", "skipped_contacts"):
+            table = getattr(self, name)
+            variables |= table_variables(name, name, table, units(type(table)))
         facts: dict[str, str | int | float] = {
             "status": self.status,
             "message": self.message,
@@ -421,46 +411,5 @@ class Trajectory(WithNotices, WithSignals, records.Saved, Exports, Named[Array],
 
         return html.write(run_document(self, outputs, title), path)
 
-    def _contents(self) -> records.Contents:
-        arrays = {"t": self.t, "values": self.samples, "features": self.features}
-        for table in _TABLES:
-            arrays |= {f"{table}_{name}": array for name, array in vars(getattr(self, table)).items()}
-        facts: dict[str, Any] = {name: getattr(self, name) for name in _FACTS} | {
-            "columns": self.columns,
-            "stats": dataclasses.asdict(self.stats),
-            "end": None if self.end is None else self.end.memory,
-            "notices": as_plain(self.notices),
-            "settings": dataclasses.asdict(self.settings),
-            "scene": json.loads(self.scene.to_json()),
-        }
-        if self.error is not None:
-            arrays |= {f"error_{name}": getattr(self.error, name) for name in _ERROR_ARRAYS}
-            facts["error"] = {name: getattr(self.error, name) for name in _ERROR_FACTS}
-        return arrays, facts
-
-    @classmethod
-    def _from_contents(cls, arrays: Mapping[str, Any], facts: Mapping[str, Any]) -> Self:
-        scene = Scene.from_json(json.dumps(facts["scene"]))
-        columns, error = tuple(facts["columns"]), None
-        if "error" in facts:
-            known = {name: arrays[f"error_{name}"] for name in _ERROR_ARRAYS}
-            error = ErrorEstimate(columns=columns, **(facts["error"] | known))
-        tables: dict[str, Any] = {
-            name: kind(*(arrays[f"{name}_{item.name}"] for item in dataclasses.fields(kind)))
-            for name, kind in _TABLES.items()
-        }
-        found = cls(
-            t=arrays["t"],
-            columns=columns,
-            samples=arrays["values"],
-            features=arrays["features"],
-            end=None if facts["end"] is None else EndState(facts["end"], scene),
-            stats=Stats.from_dict(facts["stats"]),
-            notices=Notice.from_plain(facts["notices"]),
-            settings=Settings.from_dict(facts["settings"]),
-            scene=scene,
-            error=error,
-            **tables,
-            **{name: facts[name] for name in _FACTS},
-        )
-        return records.sound(found, samples=(len(found.t), len(columns)))
+    def _check_shapes(self) -> None:
+        records.sound(self, samples=(len(self.t), len(self.columns)))

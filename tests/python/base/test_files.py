@@ -25,20 +25,8 @@ def test_numbers_that_are_not_finite_are_plain_json(tmp_path):
     path = run.save(tmp_path / "run")
     with np.load(path) as archive:
         facts = json.loads(str(archive["metadata"]), parse_constant=refuse)
-    assert facts["stats"]["smallest_step"] == {"not_finite": "Infinity"}
+    assert facts["record"]["stats"]["smallest_step"] == {"not_finite": "Infinity"}
     assert cc.Trajectory.load(path) == run
-
-
-def test_metadata_with_bare_constants_of_the_first_files_are_read(tmp_path):
-    run = resting()
-    path = run.save(tmp_path / "run")
-    with np.load(path) as archive:
-        arrays = dict(archive)
-    facts = json.loads(str(arrays["metadata"]))
-    facts["end_time"] = math.inf
-    arrays["metadata"] = np.array(json.dumps(facts))
-    np.savez(path, **arrays)
-    assert cc.Trajectory.load(path).end_time == math.inf
 
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt, OSError])

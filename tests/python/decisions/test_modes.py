@@ -137,7 +137,7 @@ def test_a_closed_loop_oscillates_with_the_period_of_its_simulation():
 def test_an_animation_goes_through_a_period_of_the_mode(tmp_path):
     found = cc.modes(masses())
     moving = found.animate(2, size=0.2, frames=8)
-    motion = moving._stage.motion
+    motion = moving._motion
     phases = np.arange(8) / 8
     np.testing.assert_allclose(motion.t, phases / found.frequencies[1], rtol=1e-12)
     name, axis = motion.output.split(".")

@@ -154,8 +154,9 @@ def test_files_say_what_made_them(run, tmp_path):
     assert facts["format"] == 1 and facts["kind"] == "trajectory"
     assert facts["versions"]["chebclear"] == cc.__version__
     assert set(facts["versions"]) == {"chebclear", "numpy", "python", "platform"}
-    assert cc.Scene.from_json(json.dumps(facts["scene"])) == run.scene
-    assert facts["settings"]["rtol"] == 1e-6 and facts["stats"]["steps"] == run.stats.steps
+    record = facts["record"]
+    assert cc.Scene.from_json(json.dumps(record["scene"])) == run.scene
+    assert record["settings"]["rtol"] == 1e-6 and record["stats"]["steps"] == run.stats.steps
 
 
 def test_other_files_are_refused(run, tmp_path):
