@@ -62,7 +62,8 @@ def outputs_page() -> str:
             shown = kind.replace("front_left", "CORNER")
             if "left" not in shown and "right" not in shown:
                 rows.setdefault(f"GUIDE.{shown}", column_unit(name))
-    for name in ("torque", "driver_torque", "force", "driver_force"):
+    teeth = ("tooth_force", "tooth_force_x", "tooth_force_y", "transmission_error")
+    for name in ("torque", "driver_torque", "force", "driver_force", *teeth):
         rows[f"COUPLING.{name}"] = column_unit(name)
     body = "\n".join(f"| `{name}` | {unit or '-'} |" for name, unit in rows.items())
     return f"| output | unit |\n|---|---|\n{body}\n"

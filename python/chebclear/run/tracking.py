@@ -14,7 +14,7 @@ def settling_time(scene: Scene) -> float:
     A little less than that, so that rounding puts nothing of the second revolution before it. Minus
     infinity without clearance or a drive at constant speed.
     """
-    if not has_contacts(scene.joints):
+    if not has_contacts(scene.joints) and all(one.backlash is None for one in scene.couplings):
         return -math.inf
     try:
         return (1.0 - 1e-9) * scene.period

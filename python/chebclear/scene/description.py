@@ -251,8 +251,9 @@ def _mobility(scene: Scene, facts: Inspection) -> list[str]:
     if closures:
         reason += f" less {2 * len(closures)} equations of {len(closures)} {_plural('loops', len(closures))} "
         reason += "of ideal joints"
-    if scene.couplings:
-        reason += f" less {len(scene.couplings)} {_plural('couplings', len(scene.couplings))}"
+    tied = sum(coupling.backlash is None for coupling in scene.couplings)
+    if tied:
+        reason += f" less {tied} {_plural('couplings', tied)}"
     lines = [f"degrees of freedom: {freedom} ({reason})"]
     if freedom == 0:
         lines.append(

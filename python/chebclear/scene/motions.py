@@ -8,6 +8,7 @@ from typing import ClassVar
 from ..base.units import unit
 from .forces import LOADS, Loaded
 from .functions import Expression, Load, Table
+from .laws import CONTACT_LAWS, ContactLaw
 from .schema import Part, Vector
 
 
@@ -66,9 +67,9 @@ class Motion(Loaded):
 class Coupling(Loaded):
     """A coordinate that follows another one, whatever the forces: gears, a rack, a belt, a cam.
 
-    driven = law(driver) + `offset`, exactly and without play. The coupling exerts what that takes: its
-    outputs are ``torque`` or ``force`` on the driven coordinate, and ``driver_torque`` or ``driver_force`` on
-    the driver.
+    driven = law(driver) + `offset`, exactly unless there is backlash. The coupling exerts what that takes:
+    its outputs are ``torque`` or ``force`` on the driven coordinate, and ``driver_torque`` or
+    ``driver_force`` on the driver.
 
     Parameters
     ----------
@@ -89,12 +90,28 @@ class Coupling(Loaded):
     offset : float, optional
         What is added [rad or m]. If not given it is zero for a table or formula, and for a ratio as the
         initial angles of the bodies and the start have it: so the wheels were put together.
+    pressure_angle : float, optional
+        Angle at the pitch circles between the force of the teeth and their common tangent [rad], for gears,
+        or a rack and its pinion. Revolute joints must hold both wheels to the body against which their
+        angles count, so that their centers keep their distance; this and the ratio give the pitch radii.
+    backlash : float, optional
+        Play of the teeth along the pitch circle [m]: how far the driven ones can move between their flanks.
+        It needs `pressure_angle` and `contact`.
+    contact : LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley, KelvinVoigt, Impact or Hertz
+        Force of a flank along the common tangent of the pitch circles, by its penetration along it.
 
     Notes
     -----
-    Between two gears acts the force torque / pitch radius at the pitch point. Here torques act instead, of
-    the same sum, so that motion and drives are right but the reactions of the two bearings lack that force
-    and its radial part. A negative force of a cam says that a follower without a groove would lift off.
+    With a pressure angle the force acts at the pitch point, and bearings carry it: outputs ``tooth_force``,
+    and ``tooth_force_x``, ``tooth_force_y`` on the driven teeth. Its radial part does no work. Without one,
+    torques act instead, so that motion and drives are right but reactions of the bearings lack that force.
+
+    With backlash nothing is tied: the flanks are contacts of the names of the coupling and ``ahead`` (the
+    driven teeth are ahead of those of the driver) or ``behind``, such as ``"mesh.behind.normal_force"``. The
+    output ``transmission_error`` is how far the driven teeth are ahead, from the middle of the play. They
+    start in the middle, with the speed of the driver, unless the start places or moves both wheels.
+
+    A negative force of a cam says that a follower without a groove would lift off.
 
     Examples
     --------
@@ -104,7 +121,7 @@ class Coupling(Loaded):
     >>> cc.motions.Coupling("cam", "guide.displacement", "cam.angle", "0.01*(1 - cos(cam.angle))").offset
     """
 
-    _choices: ClassVar = {"law": (Table, Expression)}
+    _choices: ClassVar = {"law": (Table, Expression), "contact": CONTACT_LAWS}
 
     name: str
     driven: str
@@ -112,6 +129,9 @@ class Coupling(Loaded):
     law: float | Table | Expression | str = field(metadata=unit("- or m"))
     carrier: str | None = None
     offset: float | None = field(default=None, metadata=unit("rad or m"))
+    pressure_angle: float | None = field(default=None, metadata=unit("rad"))
+    backlash: float | None = field(default=None, metadata=unit("m"))
+    contact: ContactLaw | None = None
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,11 @@ use crate::contact::pair::{ContactState, Phase, RelativeMotion, Surfaces};
 use crate::contact::sticking::Traction;
 use crate::numerics::dual::{Dual, Scalar};
 use crate::numerics::turns::with_turns;
-use crate::tree::elements::{ContactSlot, FramePoint, Guide, Neighbor};
+use crate::tree::elements::{Backlash, ContactSlot, FramePoint, Guide, Neighbor};
 use crate::tree::kinematics::{PointState, Vec2, perp, rotated};
 
 /// Second point of a slot seen from the first: in a bearing in the axes of the world, at a face from the first body, in
-/// its axes.
+/// its axes; at a flank along the pitch line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlotMotion {
     /// Vector e from the first point to the second [m].
@@ -120,9 +120,17 @@ impl Dynamics<'_> {
         }
     }
 
+    /// The coupling with backlash of which a slot is a flank.
+    pub(super) fn backlash_of(&self, slot: &ContactSlot) -> Option<&Backlash> {
+        slot.backlash.map(|index| &self.tree.backlashes[index])
+    }
+
     /// Relative motion at a face.
     #[inline(never)]
     fn motion_at_face(&self, slot: &ContactSlot) -> SlotMotion {
+        if let Some(backlash) = self.backlash_of(slot) {
+            return self.motion_of_flank(backlash);
+        }
         let [a, b] = self.slot_ends(slot);
         let frame = &self.states[slot.points[0].frame];
         let turning = frame.angular_velocity;
@@ -175,7 +183,12 @@ impl Dynamics<'_> {
     fn slot_to_world(&self, slot: &ContactSlot, vector: Vec2) -> Vec2 {
         match slot.law.surfaces {
             Surfaces::Bearing { .. } => vector,
-            Surfaces::Face(_) => self.states[slot.points[0].frame].to_world(vector),
+            Surfaces::Face(_) => match self.backlash_of(slot) {
+                Some(Backlash { mesh, .. }) => {
+                    self.states[mesh.pitch_point.frame].to_world(vector.x * mesh.tangent)
+                }
+                None => self.states[slot.points[0].frame].to_world(vector),
+            },
         }
     }
 
@@ -196,6 +209,9 @@ impl Dynamics<'_> {
                 PairForce { positions, force, moments: [on_bearing, on_journal] }
             }
             Surfaces::Face(face) => {
+                if let Some(backlash) = self.backlash_of(slot) {
+                    return self.tooth_force(&backlash.mesh, state.force[0]);
+                }
                 let touching =
                     self.point(slot.points[1]).position + face.radius * self.normal_at(slot, &face);
                 let force = self.slot_to_world(slot, state.force.into());
@@ -210,6 +226,9 @@ impl Dynamics<'_> {
         match slot.law.surfaces {
             Surfaces::Bearing { .. } => [a, b],
             Surfaces::Face(face) => {
+                if let Some(backlash) = self.backlash_of(slot) {
+                    return self.flank_points(slot, &backlash.mesh);
+                }
                 let place = self.point(b).position + face.radius * self.normal_at(slot, &face);
                 [a, b].map(|point| self.at_place(point, place))
             }
@@ -217,7 +236,7 @@ impl Dynamics<'_> {
     }
 
     /// The point of the frame of another one at a place in the world.
-    fn at_place(&self, point: FramePoint, place: Vec2) -> FramePoint {
+    pub(super) fn at_place(&self, point: FramePoint, place: Vec2) -> FramePoint {
         let frame = &self.states[point.frame];
         FramePoint { frame: point.frame, offset: rotated(place - frame.position, frame.cosine, -frame.sine) }
     }
@@ -423,6 +442,10 @@ impl Dynamics<'_> {
     #[inline(never)]
     fn add_contact_aside(&self, slot: &ContactSlot, phase: &Phase, forces: &mut [f64]) -> SlotContact {
         let contact = self.contact_of(slot, *phase);
+        if let Some(backlash) = self.backlash_of(slot) {
+            self.add_flank(backlash, &contact.state, forces);
+            return contact;
+        }
         let PairForce { positions, force, moments } = self.pair_force(slot, &contact.state);
         self.add_pair(slot.points, positions, force, moments, forces);
         contact

@@ -7,14 +7,22 @@
 //! φ' = u_d' - s' u_r'          φ'' = u_d'' - s' u_r'' - s'' u_r'²
 //! ```
 //!
-//! Its multiplier λ acts on the driven coordinate with -λ and on the driver with s' λ.
+//! Its multiplier λ acts on the driven coordinate with -λ and on the driver with s' λ. Where teeth are known, their force
+//! at the pitch point stands for both: it does the same work, whatever its part that separates the wheels.
+//!
+//! A coupling with backlash has no row. Along the pitch line its driven teeth are u = r φ ahead of those of the driver;
+//! its flanks are contacts of this one coordinate.
 
 use super::Dynamics;
+use super::contacts::{PairForce, SlotMotion};
 use super::reactions::Wrench;
+use crate::contact::pair::{ContactState, Phase};
 use crate::numerics::instant::exact_product;
 use crate::numerics::jet::Jet;
 use crate::numerics::turns::with_turns;
-use crate::tree::elements::{CLOSURE_ROWS, CoupledCoordinate, Coupling, Realization};
+use crate::tree::elements::{
+    Backlash, CLOSURE_ROWS, ContactSlot, CoupledCoordinate, Coupling, FramePoint, Mesh, Realization,
+};
 use crate::tree::kinematics::Vec2;
 
 /// A coupled coordinate, its full turns apart, and its rates.
@@ -145,18 +153,100 @@ impl Dynamics<'_> {
         }
     }
 
-    /// Torque [N m] or force [N] of a coupling on its driven coordinate and on its driver, after
-    /// [`Dynamics::acceleration`].
+    /// Torque [N m] or force [N] of a coupling, by its index among all, on its driven coordinate and on its driver, after
+    /// [`Dynamics::acceleration_and_contacts`].
     pub fn coupling_efforts(&self, index: usize) -> [f64; 2] {
+        if let Some(index) = index.checked_sub(self.tree.couplings.len()) {
+            let Backlash { coupling, mesh, slots, .. } = &self.tree.backlashes[index];
+            let along: f64 = slots.clone().map(|slot| self.contact(slot).state.force[0]).sum();
+            let effort = mesh.lever * along;
+            return [effort, -coupling.ratio * effort];
+        }
         let coupling = &self.tree.couplings[index];
         let multiplier = self.loops.multipliers[CLOSURE_ROWS * self.tree.closures.len() + index];
         [-multiplier, self.coupling_motion(coupling).slopes[0] * multiplier]
     }
 
-    /// Calls `supply` with what the couplings exert on bodies.
+    /// Where the teeth of two wheels touch [m], and their force on the driven ones [N], which is so large along the pitch
+    /// line.
+    pub(super) fn tooth_force(&self, mesh: &Mesh, along: f64) -> PairForce {
+        let frame = &self.states[mesh.pitch_point.frame];
+        let force = frame.to_world(along * mesh.tangent + along.abs() * mesh.separating);
+        PairForce { positions: [self.point(mesh.pitch_point).position; 2], force, moments: [0.0; 2] }
+    }
+
+    /// Force of the teeth of a coupling on the driven ones [N], after [`Dynamics::acceleration_and_contacts`].
+    pub fn force_on_teeth(&self, index: usize, mesh: &Mesh) -> Vec2 {
+        self.tooth_force(mesh, self.coupling_efforts(index)[0] / mesh.lever).force
+    }
+
+    /// What the forces of teeth add to that of a closure on its second point [N].
+    pub(super) fn teeth_on_closure(&self, closure: usize) -> Vec2 {
+        let mut sum = Vec2::zeros();
+        for (index, (_, mesh)) in self.tree.all_couplings().enumerate() {
+            for (_, factor) in mesh.iter().flat_map(|mesh| &mesh.cut).filter(|(cut, _)| *cut == closure) {
+                sum += mesh.map_or(sum, |mesh| *factor * self.force_on_teeth(index, mesh));
+            }
+        }
+        sum
+    }
+
+    /// How far the driven teeth are ahead of those of the driver along the pitch line [m], without play: the transmission
+    /// error.
+    pub fn transmission_error(&self, backlash: &Backlash) -> f64 {
+        backlash.mesh.lever * self.coupling_motion(&backlash.coupling).gap
+    }
+
+    /// The motion of a flank, after [`Dynamics::move_to`].
+    pub(super) fn motion_of_flank(&self, Backlash { coupling, mesh, .. }: &Backlash) -> SlotMotion {
+        let CouplingMotion { gap, rate, driven, driver, .. } = self.coupling_motion(coupling);
+        let acceleration = driven.acceleration - coupling.ratio * driver.acceleration;
+        let along = |value: f64| Vec2::new(mesh.lever * value, 0.0);
+        SlotMotion {
+            eccentricity: along(gap),
+            rate: along(rate),
+            acceleration: along(acceleration),
+            spin: 0.0,
+        }
+    }
+
+    /// Adds the generalized force of a flank. The part that separates the wheels has none.
+    pub(super) fn add_flank(&self, backlash: &Backlash, state: &ContactState<f64>, forces: &mut [f64]) {
+        for &(freedom, by) in &backlash.free {
+            forces[freedom] += by * state.force[0];
+        }
+    }
+
+    /// Adds its derivatives to the residual.
+    pub(super) fn add_flank_derivatives(&mut self, slot: &ContactSlot, backlash: &Backlash, phase: Phase) {
+        let [along, ..] = slot.law.force_gradient(&self.contact_motion(slot), phase);
+        let columns = self.coordinates.len();
+        for &(freedom, of) in &backlash.free {
+            for &(column, by) in &backlash.columns {
+                self.residual_q[freedom * columns + column] -= of * by * along.gradient[0];
+                self.residual_v[freedom * columns + column] -= of * by * along.gradient[2];
+            }
+        }
+    }
+
+    /// The pitch point as a point of the bodies of both teeth.
+    pub(super) fn flank_points(&self, slot: &ContactSlot, mesh: &Mesh) -> [FramePoint; 2] {
+        let place = self.point(mesh.pitch_point).position;
+        slot.points.map(|point| self.at_place(point, place))
+    }
+
+    /// Calls `supply` with what the couplings exert on bodies, but for the flanks.
     pub(super) fn each_coupling_load(&self, supply: &mut impl FnMut(Option<usize>, Wrench)) {
         for (index, coupling) in self.tree.couplings.iter().enumerate() {
             let efforts = self.coupling_efforts(index);
+            if let Some(mesh) = &coupling.mesh {
+                let PairForce { positions: [place, _], force, .. } =
+                    self.tooth_force(mesh, efforts[0] / mesh.lever);
+                for (body, sign) in mesh.bodies.into_iter().zip([-1.0, 1.0]) {
+                    supply(body, Wrench::at(place, sign * force, 0.0));
+                }
+                continue;
+            }
             for (end, effort) in [&coupling.driven, &coupling.driver].into_iter().zip(efforts) {
                 // A torque, or a force along the guide.
                 let mut wrench = Wrench { force: Vec2::zeros(), moment: effort };

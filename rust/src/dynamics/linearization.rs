@@ -141,6 +141,10 @@ impl Dynamics<'_> {
                 }
             }
             Surfaces::Face(face) => {
+                if let Some(index) = slot.backlash {
+                    let backlash = &self.tree.backlashes[index];
+                    return self.add_flank_derivatives(slot, backlash, phase);
+                }
                 let (force, moments) = self.face_gradient::<7>(slot, &face, phase);
                 if !vanishes(force[0].value, force[1].value) {
                     self.add_pair_derivatives(slot.points, [[1.0, 0.0], [0.0, 1.0]], force, moments);

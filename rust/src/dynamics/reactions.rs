@@ -113,7 +113,7 @@ impl Dynamics<'_> {
             supply(applied.body, Wrench::at(self.point(applied.point).position, force, 0.0));
         }
         for (index, closure) in tree.closures.iter().enumerate() {
-            let force = self.closure_force(index);
+            let force = self.closure_reaction(index);
             for ((point, body), sign) in
                 [closure.a, closure.b].into_iter().zip(closure.bodies).zip([-1.0, 1.0])
             {
@@ -128,12 +128,17 @@ impl Dynamics<'_> {
         -Vec2::new(self.loops.multipliers[2 * index], self.loops.multipliers[2 * index + 1])
     }
 
+    /// The same with what it carries of the teeth whose wheel it holds.
+    fn closure_reaction(&self, index: usize) -> Vec2 {
+        self.closure_force(index) + self.teeth_on_closure(index)
+    }
+
     /// Reaction of an ideal joint, with its drive, on its second body: the force and the moment about
     /// the point of the joint on that body; after [`Dynamics::find_reactions`].
     pub fn reaction(&self, index: usize) -> Wrench {
         let joint = &self.tree.ideal_joints[index];
         match joint.realization {
-            Realization::Cut(closure) => Wrench { force: self.closure_force(closure), moment: 0.0 },
+            Realization::Cut(closure) => Wrench { force: self.closure_reaction(closure), moment: 0.0 },
             Realization::Tree { .. } => {
                 let Wrench { force, moment } = self.reactions[index];
                 let point = self.point(joint.points[1]).position;

@@ -7,15 +7,15 @@ use crate::dynamics::Dynamics;
 use crate::error::{InputError, Problem, Subject};
 use crate::mechanism::branch::differs;
 use crate::mechanism::closing::{Closing, given_angle};
-use crate::mechanism::conditions::{Conditions, column_units};
-use crate::mechanism::couplings::{check_couplings, check_laws, follow_drivers};
+use crate::mechanism::conditions::{Conditions, Level, column_units};
+use crate::mechanism::couplings::{check_couplings, check_laws, follow_drivers, offsets};
 use crate::mechanism::immovable::no_acceleration;
 use crate::mechanism::nearest::{Assembly, EQUAL};
 use crate::mechanism::scales::{contact_scales, levers, speed_from_rest, speed_scale};
 use crate::mechanism::vector_loops::NEGLIGIBLE;
 use crate::numerics::turns::wrap;
 use crate::scene::parts::{Scene, Start, length_scale};
-use crate::tree::elements::{Coupling, Realization, Scales, State, Tree};
+use crate::tree::elements::{Realization, Scales, State, Tree};
 use crate::tree::kinematics::FrameKind;
 
 /// Newton steps after which an assembly fails. A poor initial guess needs about ten; a hundred are needed
@@ -44,8 +44,8 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<A
     let length = length_scale(scene);
     let d = tree.free.len();
     let mut dynamics = Dynamics::new(tree);
-    let conditions = Conditions::new(tree, scene);
-    let (q, warning) = match close_nearest(&mut dynamics, scene, &conditions, length, preferred) {
+    let mut conditions = Conditions::new(tree, scene);
+    let (q, warning) = match close_nearest(&mut dynamics, scene, &mut conditions, length, preferred) {
         Ok(closed) => closed,
         Err(residual) => {
             check_laws(&dynamics)?;
@@ -68,9 +68,8 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<A
     };
     dynamics.move_to(0.0, &q, &vec![0.0; d]);
     check_couplings(&dynamics, length)?;
-    let offset =
-        |coupling: &Coupling| dynamics.coupling_motion(coupling).gap + coupling.offset.unwrap_or(0.0);
-    let offsets = tree.couplings.iter().map(offset).collect();
+    let offsets = offsets(&dynamics);
+    conditions.open_plays(&dynamics, length, Level::Velocity);
     let v = close_velocities(&mut dynamics, &conditions, &q, length)?;
     check_directions(tree, &dynamics, length)?;
     dynamics.settle_switches();
@@ -106,16 +105,18 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<A
 fn close_nearest(
     dynamics: &mut Dynamics,
     scene: &Scene,
-    conditions: &Conditions,
+    conditions: &mut Conditions,
     length: f64,
     preferred: &[i8],
 ) -> Result<(Vec<f64>, Option<Problem>), f64> {
     let mut guess = initial_guess(dynamics.tree, scene);
-    follow_drivers(dynamics, &mut guess);
+    dynamics.move_to(0.0, &guess, &vec![0.0; guess.len()]);
+    conditions.open_plays(dynamics, length, Level::Position);
+    follow_drivers(dynamics, conditions, &mut guess);
     let (q, residual) = close_from(dynamics, conditions, &guess, length);
     let closes = |residual: f64| residual <= CLOSED * length;
     // The search for nearer poses knows of no couplings.
-    if closes(residual) && dynamics.tree.couplings.iter().any(|coupling| coupling.offset.is_some()) {
+    if closes(residual) && conditions.couplings(dynamics.tree, Level::Position).next().is_some() {
         return Ok((q, None));
     }
     let closing = Closing::new(dynamics, scene, conditions, &guess, length);

@@ -41,7 +41,8 @@ impl Mechanism {
         scene.check()?;
         let mut tree = Tree::span(scene)?;
         let Assembled { start, scales, branch, offsets, warning } = assemble(&tree, scene, preferred)?;
-        for (coupling, offset) in tree.couplings.iter_mut().zip(offsets) {
+        let with_play = tree.backlashes.iter_mut().map(|backlash| &mut backlash.coupling);
+        for (coupling, offset) in tree.couplings.iter_mut().chain(with_play).zip(offsets) {
             coupling.offset = Some(offset);
         }
         let mut warnings = scene.implausible();

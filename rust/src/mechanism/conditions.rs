@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::contact::pair::Surfaces;
 use crate::dynamics::Dynamics;
+use crate::mechanism::assembly::SINGULAR_VELOCITY;
 use crate::mechanism::branch::{Group, branch};
 use crate::numerics::turns::wrap;
 use crate::scene::parts::{Scene, Start};
@@ -29,6 +30,8 @@ pub(super) struct Conditions {
     pub(super) pairs: Vec<Pair>,
     /// Coordinates given in the scene, and the tilt of guides with play.
     pub(super) coordinates: Vec<GivenCoordinate>,
+    /// The couplings with backlash that start in the middle of their play, and those without relative velocity.
+    in_the_middle: [Vec<usize>; 2],
 }
 
 /// What the start asks of the second point of a pair against the first.
@@ -73,7 +76,7 @@ pub(super) struct GivenCoordinate {
 
 /// Positions or velocities.
 #[derive(Clone, Copy)]
-enum Level {
+pub(super) enum Level {
     Position,
     Velocity,
 }
@@ -121,6 +124,28 @@ impl Conditions {
         Self {
             pairs: closures.chain(bearings).chain(guides).collect(),
             coordinates: given.chain(tilts).collect(),
+            in_the_middle: [Vec::new(), Vec::new()],
+        }
+    }
+
+    /// Lets couplings with backlash start as those without, where the start does not say otherwise, in the pose last moved
+    /// to.
+    pub(super) fn open_plays(&mut self, dynamics: &Dynamics, length: f64, level: Level) {
+        let (units, unit) = (column_units(dynamics.tree, length), length.log2().ceil().exp2());
+        let rank = |conditions: &Self| {
+            let jacobian = conditions.jacobian(dynamics, &units, unit, level);
+            let cutoff = SINGULAR_VELOCITY * jacobian.amax();
+            if jacobian.is_empty() || !cutoff.is_finite() { 0 } else { jacobian.rank(cutoff) }
+        };
+        for (index, backlash) in dynamics.tree.backlashes.iter().enumerate() {
+            if let (Level::Position, None) = (level, backlash.coupling.offset) {
+                continue;
+            }
+            let before = rank(self);
+            self.in_the_middle[level as usize].push(index);
+            if rank(self) == before {
+                self.in_the_middle[level as usize].pop();
+            }
         }
     }
 
@@ -155,11 +180,12 @@ impl Conditions {
     }
 
     /// The couplings that demand something: those without an offset leave the positions to the start.
-    fn couplings<'t>(&self, tree: &'t Tree, level: Level) -> impl Iterator<Item = &'t Coupling> {
-        tree.couplings.iter().filter(move |coupling| match level {
+    pub(super) fn couplings<'t>(&self, tree: &'t Tree, level: Level) -> impl Iterator<Item = &'t Coupling> {
+        let tied = tree.couplings.iter().filter(move |coupling| match level {
             Level::Position => coupling.offset.is_some(),
             Level::Velocity => true,
-        })
+        });
+        tied.chain(self.in_the_middle[level as usize].iter().map(|&index| &tree.backlashes[index].coupling))
     }
 
     /// Row of the first given coordinate among the positions.

@@ -5,12 +5,15 @@ use nalgebra::{DMatrix, RowDVector};
 use crate::dynamics::Dynamics;
 use crate::error::{InputError, Subject};
 use crate::mechanism::assembly::{SINGULAR_VELOCITY, free_directions};
+use crate::mechanism::conditions::{Conditions, Level};
+use crate::numerics::turns::wrap;
+use crate::tree::elements::Coupling;
 use crate::tree::kinematics::FrameKind;
 
 /// Lets driven coordinates follow their drivers in an initial guess, where couplings say how.
-pub(super) fn follow_drivers(dynamics: &mut Dynamics, guess: &mut [f64]) {
+pub(super) fn follow_drivers(dynamics: &mut Dynamics, conditions: &Conditions, guess: &mut [f64]) {
     let at_rest = vec![0.0; guess.len()];
-    for coupling in dynamics.tree.couplings.iter().filter(|coupling| coupling.offset.is_some()) {
+    for coupling in conditions.couplings(dynamics.tree, Level::Position) {
         dynamics.move_to(0.0, guess, &at_rest);
         let drives = |freedom: usize| coupling.driver.free.iter().any(|&(other, _)| other == freedom);
         let Some(&(freedom, factor)) = coupling.driven.free.iter().rfind(|(freedom, _)| !drives(*freedom))
@@ -21,13 +24,29 @@ pub(super) fn follow_drivers(dynamics: &mut Dynamics, guess: &mut [f64]) {
     }
 }
 
+/// What is added in every coupling as the pose last moved to has it [rad or m]. With backlash it is what is given, but for
+/// full turns; if nothing is, the start is in the middle of the play.
+pub(super) fn offsets(dynamics: &Dynamics) -> Vec<f64> {
+    let offset = |(index, (coupling, _)): (usize, (&Coupling, _))| {
+        let gap = dynamics.coupling_motion(coupling).gap;
+        let from_middle = match coupling.offset {
+            Some(_) if index < dynamics.tree.couplings.len() => 0.0,
+            Some(_) if coupling.driven.slide.is_some() => gap,
+            Some(_) => wrap(gap).0,
+            None => 0.0,
+        };
+        gap - from_middle + coupling.offset.unwrap_or(0.0)
+    };
+    dynamics.tree.all_couplings().enumerate().map(offset).collect()
+}
+
 /// Checks that the law of every coupling has a finite value and slope in the pose last moved to.
 pub(super) fn check_laws(dynamics: &Dynamics) -> Result<(), InputError> {
-    for (index, coupling) in dynamics.tree.couplings.iter().enumerate() {
+    for coupling in &dynamics.tree.couplings {
         let slopes = dynamics.coupling_columns(coupling);
         if !slopes.iter().chain(&[dynamics.coupling_motion(coupling).gap]).all(|number| number.is_finite()) {
             let message = format!("coupling {:?} has no finite value and slope at the start", coupling.name);
-            return Err(Subject::Scene.error(format!("couplings[{index}].law"), message));
+            return Err(Subject::Scene.error(format!("couplings[{}].law", coupling.index), message));
         }
     }
     Ok(())
@@ -53,10 +72,10 @@ pub(super) fn check_couplings(dynamics: &Dynamics, length: f64) -> Result<(), In
         let columns = dynamics.gap_columns([closure.a, closure.b]);
         rows.extend([0, 1].map(|axis| row(&columns.iter().map(|by| by[axis]).collect::<Vec<f64>>(), unit)));
     }
-    for (index, coupling) in tree.couplings.iter().enumerate() {
+    for (coupling, _) in tree.all_couplings() {
         let refuse = |field: &str, message: &str| {
             let about = format!("coupling {:?} {message}", coupling.name);
-            Err(Subject::Scene.error(format!("couplings[{index}]{field}"), about))
+            Err(Subject::Scene.error(format!("couplings[{}]{field}", coupling.index), about))
         };
         let ends = [&coupling.driven, &coupling.driver];
         for (field, end) in [".driven", ".driver"].into_iter().zip(ends) {

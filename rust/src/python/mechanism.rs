@@ -49,7 +49,8 @@ impl CompiledMechanism {
         let bodies: Vec<&str> = mechanism.bodies.iter().map(|body| body.name.as_str()).collect();
         // A guide has several contacts, each with the name of its place after that of the joint.
         let joint_of = |slot: &'_ ContactSlot| slot.name.split('.').next().unwrap_or_default().to_owned();
-        let mut cut: Vec<String> = mechanism.slots.iter().map(joint_of).collect();
+        let joints = mechanism.slots.iter().filter(|slot| slot.backlash.is_none());
+        let mut cut: Vec<String> = joints.map(joint_of).collect();
         cut.dedup();
         cut.extend(mechanism.closures.iter().map(|closure| closure.name.clone()));
         let floors = default_impact_velocity_floors(mechanism);

@@ -20,6 +20,9 @@ const JOINT: [&str; 10] = [
     "eccentricity_x", "eccentricity_y", "eccentricity", "penetration", "penetration_rate",
     "sliding_velocity", "normal_force", "friction_force", "contact", "sticking",
 ];
+/// Those of friction, among them.
+const SLIDING: usize = 5;
+const FRICTION: usize = 7;
 /// First of these that every contact has: those of a bearing's center come before. The last has one that can stick.
 const FIRST_OF_CONTACT: usize = 3;
 /// Quantities of what slides in a guide, seen from the guide: along its axis, to its left, angle; a pin has no tilt.
@@ -48,6 +51,8 @@ const FILM: [&str; 6] =
 const TORSION: [&str; 2] = ["angle", "torque"];
 /// What a coupling exerts on an angle or on a displacement: on the driven one, on the driver.
 const COUPLING: [[&str; 2]; 2] = [["torque", "driver_torque"], ["force", "driver_force"]];
+/// Force on the driven teeth, where a pressure angle is given; with backlash the transmission error too.
+const TEETH: [&str; 4] = ["tooth_force", "tooth_force_x", "tooth_force_y", "transmission_error"];
 /// Energies, work and losses of the whole mechanism.
 const ENERGY: [&str; 9] = [
     "kinetic", "potential", "contact", "total", "input", "impact_loss", "friction_loss", "damping_loss",
@@ -85,6 +90,8 @@ pub enum Column {
     Coupling(usize, usize),
     /// Place of a contact at a face.
     Place(usize, usize),
+    /// Quantity of the teeth of a coupling.
+    Teeth(usize, usize),
     /// Loss of a contact slot.
     Loss(usize, usize),
     /// Wear of a slot in a sector of its bearing.
@@ -129,17 +136,24 @@ fn usual_columns(mechanism: &Mechanism) -> Vec<Named> {
             Surfaces::Face(_) => FIRST_OF_CONTACT,
         };
         let end = if slot.law.stick_slip().is_some() { JOINT.len() } else { JOINT.len() - 1 };
-        columns.extend(named(&slot.name, &JOINT[first..end], |k| Column::Joint(index, first + k)));
+        let of_slot = named(&slot.name, &JOINT[first..end], |k| Column::Joint(index, first + k));
+        // Flanks have no friction.
+        columns.extend(of_slot.filter(|(_, column)| {
+            slot.backlash.is_none() || !matches!(column, Column::Joint(_, SLIDING | FRICTION))
+        }));
     }
     for (index, driven) in mechanism.driven.iter().enumerate() {
         let effort = if driven.is_angle { "torque" } else { "force" };
         columns.push((format!("{}.{effort}", driven.name), Column::Drive(index)));
     }
-    for (index, coupling) in mechanism.couplings.iter().enumerate() {
+    for (index, (coupling, mesh)) in mechanism.all_couplings().enumerate() {
         for (k, end) in [&coupling.driven, &coupling.driver].into_iter().enumerate() {
             let effort = COUPLING[usize::from(end.slide.is_some())][k];
             columns.push((format!("{}.{effort}", coupling.name), Column::Coupling(index, k)));
         }
+        let known = if index < mechanism.couplings.len() { TEETH.len() - 1 } else { TEETH.len() };
+        let of_teeth = named(&coupling.name, &TEETH[..known], |k| Column::Teeth(index, k));
+        columns.extend(of_teeth.filter(|_| mesh.is_some()));
     }
     columns
 }
@@ -165,7 +179,8 @@ fn further_columns(mechanism: &Mechanism) -> Vec<Named> {
         if let Surfaces::Face(_) = slot.law.surfaces {
             columns.extend(named(&slot.name, &PLACE, |k| Column::Place(index, k)));
         }
-        columns.extend(named(&slot.name, &LOSS, |k| Column::Loss(index, k)));
+        let losses = if slot.backlash.is_none() { &LOSS[..] } else { &LOSS[..1] };
+        columns.extend(named(&slot.name, losses, |k| Column::Loss(index, k)));
     }
     for (index, driven) in mechanism.driven.iter().enumerate() {
         columns.push((format!("{}.power", driven.name), Column::DrivePower(index)));
@@ -262,7 +277,11 @@ impl Needs {
                 Column::Body(_, quantity) => needs.acceleration |= *quantity >= 6,
                 Column::Point(_, _, quantity) => needs.acceleration |= *quantity >= 4,
                 Column::Coordinate(_, quantity) => needs.acceleration |= *quantity >= 2,
-                Column::Drive(_) | Column::DrivePower(_) | Column::Reaction(..) | Column::Coupling(..) => {
+                Column::Drive(_)
+                | Column::DrivePower(_)
+                | Column::Reaction(..)
+                | Column::Coupling(..)
+                | Column::Teeth(..) => {
                     needs.reactions = true;
                 }
                 Column::Loss(..) | Column::SectorWear(..) => needs.work = true,
@@ -329,12 +348,25 @@ impl Column {
                 let [_, touching] = dynamics.touching_points(&tree.slots[index]);
                 dynamics.point(touching).position[quantity]
             }
+            Column::Teeth(index, quantity) => teeth_value(dynamics, index, quantity),
             Column::Loss(index, quantity) => {
                 let loss = work.contacts[index];
                 [loss.impact, loss.friction - dynamics.carried_energy(index), loss.wear][quantity]
             }
             Column::SectorWear(index, sector) => work.sectors[index][sector],
             Column::Energy(quantity) => energy_value(dynamics, work, quantity),
+        }
+    }
+}
+
+fn teeth_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
+    let tree = dynamics.tree;
+    match index.checked_sub(tree.couplings.len()) {
+        Some(backlash) if quantity == 3 => dynamics.transmission_error(&tree.backlashes[backlash]),
+        _ => {
+            let mesh = tree.all_couplings().nth(index).and_then(|(_, mesh)| mesh);
+            let force = mesh.map_or(Vec2::zeros(), |mesh| dynamics.force_on_teeth(index, mesh));
+            [force.norm(), force.x, force.y][quantity]
         }
     }
 }

@@ -1,8 +1,9 @@
 //! Couplings of two coordinates: gears, racks, belts, cams. In: JSON, and the scene that holds them; out: the records,
 //! what is wrong with them, and their laws compiled.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
+use crate::contact::normal::NormalLaw;
 use crate::error::Problem;
 use crate::expression::curve::{Beyond, Curve, Interpolation};
 use crate::expression::dimension::{Dimension, PLAIN};
@@ -10,10 +11,11 @@ use crate::expression::grammar::Syntax;
 use crate::expression::tape::Tape;
 use crate::scene::check::Checker;
 use crate::scene::functions::expression_in;
-use crate::scene::json::{Node, Problems};
+use crate::scene::json::{Fields, Node, Problems};
 use crate::scene::loads::Expression;
 use crate::scene::parts::{Force, GROUND, Scene};
 use crate::scene::quantities::{Quantity, TIME};
+use crate::scene::reader::normal_law;
 
 /// Relative error of a period or an advance that is a whole part of a turn: numbers are typed with ten digits.
 const TYPED: f64 = 1e-9;
@@ -33,6 +35,19 @@ pub struct Coupling {
     pub carrier: Option<String>,
     /// What is added [rad or m]; `None`: for a ratio as the start has it, otherwise nothing.
     pub offset: Option<f64>,
+    /// Angle of the force between teeth to the common tangent of the pitch circles [rad]; `None`: torques act alone.
+    pub pressure_angle: Option<f64>,
+    /// Play of the teeth; `None`: they hold both ways.
+    pub backlash: Option<Backlash>,
+}
+
+/// Play between teeth, and the force of their flanks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Backlash {
+    /// How far the driven teeth can move between their flanks, along the pitch circle [m].
+    pub play: f64,
+    /// Normal force of a flank along the tangent of the pitch circles.
+    pub contact: NormalLaw,
 }
 
 /// How the driven coordinate follows from the driver.
@@ -97,9 +112,24 @@ pub(super) fn coupling(node: Node, problems: &mut Problems) -> Coupling {
         driver,
         carrier: fields.optional("carrier").map(|node| node.text(problems)),
         offset: fields.optional_number("offset", problems),
+        pressure_angle: fields.optional_number("pressure_angle", problems),
+        backlash: backlash(&mut fields, problems),
     };
     fields.finish(problems);
     coupling
+}
+
+fn backlash(fields: &mut Fields, problems: &mut Problems) -> Option<Backlash> {
+    let play = fields.optional_number("backlash", problems);
+    let contact = fields.optional("contact").map(|node| normal_law(node, problems));
+    let missing = match (play, contact) {
+        (Some(play), Some(contact)) => return Some(Backlash { play, contact }),
+        (None, None) => return None,
+        (None, Some(_)) => "backlash",
+        (Some(_), None) => "contact",
+    };
+    problems.push(Problem::new(fields.path_of(missing), "is missing: backlash and contact belong together"));
+    None
 }
 
 /// Placeholder of a law that could not be read, for which a problem was added.
@@ -209,6 +239,7 @@ impl Coupling {
         if let Some(offset) = self.offset {
             checker.finite(&format!("{path}.offset"), "rad or m", offset);
         }
+        self.check_teeth(checker, path);
         if let Some(carrier) = &self.carrier
             && let Err(message) = scene.body_index(carrier)
         {
@@ -227,6 +258,27 @@ impl Coupling {
         }
         if let Err(message) = self.compiled([driven, driver]) {
             checker.add(format!("{path}.law"), message);
+        }
+    }
+
+    /// Adds what is wrong with the teeth.
+    fn check_teeth(&self, checker: &mut Checker, path: &str) {
+        let place = format!("{path}.pressure_angle");
+        if let Some(angle) = self.pressure_angle {
+            if !(0.0..FRAC_PI_2).contains(&angle) {
+                checker.add(
+                    &place,
+                    format!("must be >= 0 and below pi/2 [rad], 20 degrees are 0.349; got {angle}"),
+                );
+            } else if !matches!(self.law, CouplingLaw::Ratio(_)) {
+                checker.add(&place, "belongs to teeth: the law must be a ratio");
+            }
+        }
+        let Some(Backlash { play, contact }) = &self.backlash else { return };
+        checker.positive(&format!("{path}.backlash"), "m", *play);
+        checker.normal_law(&format!("{path}.contact"), contact);
+        if self.pressure_angle.is_none() {
+            checker.add(place, "must be given with a backlash, since the flanks touch at the pitch point");
         }
     }
 

@@ -220,7 +220,7 @@ enum NormalLawName {
     Hertz,
 }
 
-fn normal_law(node: Node, problems: &mut Problems) -> NormalLaw {
+pub(super) fn normal_law(node: Node, problems: &mut Problems) -> NormalLaw {
     let mut fields = node.fields(problems);
     let names = [
         ("lankarani_nikravesh", NormalLawName::LankaraniNikravesh),

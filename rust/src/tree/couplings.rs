@@ -1,14 +1,24 @@
 //! The couplings of a scene on the columns of its tree.
 
-use crate::scene::couplings::{CompiledLaw, Coupled};
-use crate::scene::parts::Scene;
-use crate::tree::elements::{CoupledCoordinate, Coupling, Realization, Tree};
+use crate::contact::face::Face;
+use crate::contact::pair::{ContactLaw, SlidingVelocity, Surfaces};
+use crate::error::{InputError, Problem, Subject};
+use crate::scene::couplings::{Backlash as SceneBacklash, CompiledLaw, Coupled};
+use crate::scene::parts::{Scene, length_scale};
+use crate::tree::elements::{
+    Backlash, ContactSlot, CoupledCoordinate, Coupling, FramePoint, Mesh, Realization, Tree,
+};
+use crate::tree::kinematics::Vec2;
 use crate::tree::loads::{MotionLoad, Variable};
 
 impl Tree {
     /// Adds the couplings of a checked scene. Their laws become functions of the motion, whose tables may end.
-    pub(super) fn add_couplings(&mut self, scene: &Scene) {
-        for coupling in &scene.couplings {
+    ///
+    /// # Errors
+    /// Teeth whose pitch point is not at rest on a body.
+    pub(super) fn add_couplings(&mut self, scene: &Scene) -> Result<(), InputError> {
+        let mut problems = Vec::new();
+        for (index, coupling) in scene.couplings.iter().enumerate() {
             let [Ok(driven), Ok(driver)] = coupling.coordinates(scene) else { continue };
             let CompiledLaw { ratio, law, repeats } = coupling.compiled([driven, driver]).unwrap_or_default();
             let [driven, driver] = [driven, driver].map(|end| self.coupled(scene, end));
@@ -22,8 +32,62 @@ impl Tree {
                 self.motion_loads.len() - 1
             });
             let name = coupling.name.clone();
-            self.couplings.push(Coupling { name, driven, driver, ratio, law, repeats, offset });
+            let mut tied = Coupling { name, driven, driver, ratio, law, repeats, offset, mesh: None, index };
+            if let Some(pressure_angle) = coupling.pressure_angle {
+                match self.mesh(&tied, pressure_angle, length_scale(scene)) {
+                    Err(message) => {
+                        problems.push(Problem::new(format!("couplings[{index}].pressure_angle"), message));
+                    }
+                    Ok(mesh) => tied.mesh = Some(mesh),
+                }
+            }
+            match (coupling.backlash, tied.mesh.take()) {
+                (Some(backlash), Some(mesh)) => self.add_backlash(tied, mesh, &backlash),
+                (_, mesh) => self.couplings.push(Coupling { mesh, ..tied }),
+            }
         }
+        Subject::Scene.judge((), problems)
+    }
+
+    /// Adds a coupling with backlash and its flanks.
+    fn add_backlash(&mut self, coupling: Coupling, mesh: Mesh, backlash: &SceneBacklash) {
+        let Coupling { driven, driver, ratio, .. } = &coupling;
+        let along = |driven: &[(usize, f64)], driver: &[(usize, f64)]| {
+            let driven = driven.iter().map(|&(place, by)| (place, mesh.lever * by));
+            driven.chain(driver.iter().map(|&(place, by)| (place, -mesh.lever * ratio * by))).collect()
+        };
+        let (columns, free) = (along(&driven.columns, &driver.columns), along(&driven.free, &driver.free));
+        let first = self.slots.len();
+        for (place, side) in [("ahead", 1.0), ("behind", -1.0)] {
+            let clearance = 0.5 * backlash.play;
+            self.slots.push(ContactSlot {
+                name: format!("{}.{place}", coupling.name),
+                points: mesh.bodies.map(|body| {
+                    body.map_or(FramePoint { frame: 0, offset: Vec2::zeros() }, |body| {
+                        let placed = &self.bodies[body];
+                        FramePoint { frame: placed.frame, offset: placed.origin }
+                    })
+                }),
+                bodies: mesh.bodies,
+                law: ContactLaw {
+                    surfaces: Surfaces::Face(Face {
+                        normal: [side, 0.0],
+                        limit: clearance,
+                        radius: 0.0,
+                        size: mesh.radius,
+                        half_length: f64::INFINITY,
+                    }),
+                    clearance,
+                    normal: backlash.contact,
+                    friction: None,
+                    sliding: SlidingVelocity::Surface,
+                },
+                impact_velocity_floor: None,
+                neighbor: None,
+                backlash: Some(self.backlashes.len()),
+            });
+        }
+        self.backlashes.push(Backlash { coupling, mesh, slots: first..first + 2, columns, free });
     }
 
     fn coupled(&self, scene: &Scene, end: Coupled) -> CoupledCoordinate {

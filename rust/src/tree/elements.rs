@@ -112,6 +112,9 @@ pub struct ContactSlot {
     pub impact_velocity_floor: Option<f64>,
     /// What touches instead where the corner is not over its face, if that has ends.
     pub neighbor: Option<Neighbor>,
+    /// Index of the coupling with backlash of which it is a flank: the first component of its motion is then that along
+    /// the pitch line, and the other is none.
+    pub backlash: Option<usize>,
 }
 
 /// The other corner at an end of a guide with ends: one of the block on the face of the guide, and the end of that face on
@@ -171,6 +174,42 @@ pub struct CoupledCoordinate {
     pub slide: Option<usize>,
 }
 
+/// Where the teeth of two wheels, or of a rack and its pinion, touch: a place that does not move on the body that holds
+/// both.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mesh {
+    /// The pitch point on the frame of that body.
+    pub pitch_point: FramePoint,
+    /// Bodies of the teeth of the driver and of the driven ones; `None` is ground.
+    pub bodies: [Option<usize>; 2],
+    /// Pitch radius of the smaller wheel [m].
+    pub radius: f64,
+    /// How far the driven teeth move there per unit of the driven coordinate [m/rad or 1].
+    pub lever: f64,
+    /// Unit vector in which they move, in the frame.
+    pub tangent: Vec2,
+    /// Force on the driven teeth across it, which separates the wheels, per unit of that along it; in the frame.
+    pub separating: Vec2,
+    /// The closures that carry the force from a wheel to that body, with its factor in the force of the closure.
+    pub cut: Vec<(usize, f64)>,
+}
+
+/// A coupling whose teeth have play: it ties nothing, its two flanks are contacts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Backlash {
+    /// What it would tie without play.
+    pub coupling: Coupling,
+    /// Its teeth.
+    pub mesh: Mesh,
+    /// Its contacts: the driven teeth ahead of those of the driver, and behind them.
+    pub slots: Range<usize>,
+    /// How far the driven teeth move against the driver's along the pitch line per unit of each coordinate [m/rad or 1]:
+    /// by column.
+    pub columns: Vec<(usize, f64)>,
+    /// The same of the free ones among them, by the index of their degree of freedom.
+    pub free: Vec<(usize, f64)>,
+}
+
 /// A coordinate that is a function of another: driven = ratio driver + law(driver) + offset.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coupling {
@@ -188,6 +227,10 @@ pub struct Coupling {
     pub repeats: bool,
     /// What is added [rad or m]; none until the assembly has found it.
     pub offset: Option<f64>,
+    /// Its teeth, where a pressure angle places their force; a coupling with backlash has them beside it.
+    pub mesh: Option<Mesh>,
+    /// Its index in the scene.
+    pub index: usize,
 }
 
 /// Equations of a closure: both components of the vector between its points.
@@ -299,8 +342,10 @@ pub struct Tree {
     pub guides: Vec<Guide>,
     /// Loop closures, in the order of the scene; none in a tree.
     pub closures: Vec<Closure>,
-    /// Couplings of coordinates, in the order of the scene.
+    /// Couplings of coordinates without backlash, in the order of the scene.
     pub couplings: Vec<Coupling>,
+    /// Couplings with backlash.
+    pub backlashes: Vec<Backlash>,
     /// Ideal joints, in the order of the scene.
     pub ideal_joints: Vec<IdealJoint>,
     /// The joints of the tree as indices of `ideal_joints`, parents before children.
@@ -340,6 +385,12 @@ impl Tree {
     pub fn closed_rows(&self) -> impl Iterator<Item = usize> {
         let couplings = self.couplings.iter().map(|_| 1);
         self.closures.iter().map(|_| CLOSURE_ROWS).chain(couplings)
+    }
+
+    /// All couplings with their teeth, those without backlash first.
+    pub fn all_couplings(&self) -> impl Iterator<Item = (&Coupling, Option<&Mesh>)> {
+        let tied = self.couplings.iter().map(|coupling| (coupling, coupling.mesh.as_ref()));
+        tied.chain(self.backlashes.iter().map(|backlash| (&backlash.coupling, Some(&backlash.mesh))))
     }
 
     /// Whether loops or couplings make the free coordinates depend on each other.

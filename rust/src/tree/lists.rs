@@ -53,6 +53,7 @@ impl Builder<'_> {
             guides: Vec::new(),
             closures,
             couplings: Vec::new(),
+            backlashes: Vec::new(),
             ideal_joints,
             tree_joints,
             links: Vec::new(),

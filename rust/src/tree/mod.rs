@@ -8,6 +8,7 @@ pub mod forces;
 pub mod kinematics;
 mod lists;
 pub mod loads;
+mod meshes;
 pub mod motions;
 mod slots;
 mod span;

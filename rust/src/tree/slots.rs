@@ -56,6 +56,7 @@ impl Builder<'_> {
                     },
                     impact_velocity_floor: *impact_velocity_floor,
                     neighbor: None,
+                    backlash: None,
                 }),
                 Joint::Guide { .. } => self.add_guide(tree, joint),
             }
@@ -104,6 +105,7 @@ impl Builder<'_> {
                 },
                 impact_velocity_floor: *impact_velocity_floor,
                 neighbor: is_neighbor.then_some(neighbor),
+                backlash: None,
             });
         }
         if let GuideShape::Stop { .. } = shape {

@@ -17,7 +17,7 @@ impl Tree {
         builder.span()?;
         builder.check_clearances()?;
         let mut tree = builder.finish();
-        tree.add_couplings(scene);
+        tree.add_couplings(scene)?;
         Ok(tree)
     }
 }

@@ -214,6 +214,8 @@ pub(crate) struct Row {
     /// Name of the joint, drive or coupling.
     pub(crate) name: String,
     pub(crate) jacobian: Vec<f64>,
+    /// Forces and moments on the bodies per unit of minus the multiplier.
+    pub(crate) column: Vec<f64>,
     pub(crate) gamma: f64,
 }
 
@@ -233,22 +235,23 @@ impl Row {
 pub(crate) fn rows(case: &Case, states: &[CartesianState]) -> Vec<Row> {
     let mut rows = Vec::new();
     for constraint in &cartesian_constraints(&case.scene).unwrap() {
-        rows.extend(equations(constraint, case.t, states).into_iter().map(|equation| Row {
-            name: constraint.name.clone(),
-            jacobian: Row::jacobian(constraint, &equation, states.len()),
-            gamma: equation.gamma,
+        rows.extend(equations(constraint, case.t, states).into_iter().map(|equation| {
+            let jacobian = Row::jacobian(constraint, &equation, states.len());
+            let column = jacobian.clone();
+            Row { name: constraint.name.clone(), jacobian, column, gamma: equation.gamma }
         }));
     }
     rows
 }
 
 /// Solves [M φ_qᵀ; φ_q 0] [q̈; λ] = [Q; γ], Eq. (16), and holds accelerations, efforts of drives and reactions of
-/// the core against it; the multipliers, and the largest of them.
+/// the core against it; the multipliers, and the largest of them. `more` are further forces and moments on the bodies.
 pub(crate) fn assert_motion(
     case: &Case,
     index: usize,
     dynamics: &mut Dynamics,
     rows: &[Row],
+    more: &[f64],
     tolerance: f64,
 ) -> (Vec<f64>, f64) {
     let states = states_at(case, case.t, &case.q, &case.v);
@@ -269,11 +272,12 @@ pub(crate) fn assert_motion(
         }
     }
     for (place, row) in rows.iter().enumerate() {
-        for (k, &value) in row.jacobian.iter().enumerate() {
-            (matrix[(n + place, k)], matrix[(k, n + place)]) = (value, value);
+        for (k, (&by, &force)) in row.jacobian.iter().zip(&row.column).enumerate() {
+            (matrix[(n + place, k)], matrix[(k, n + place)]) = (by, force);
         }
         right[n + place] = row.gamma;
     }
+    right.iter_mut().zip(more).for_each(|(sum, force)| *sum += force);
     let solution = matrix.lu().solve(&right).unwrap();
     let scale = largest(solution.rows(0, n).iter()).max(1.0);
     let multipliers = solution.as_slice()[n..].to_vec();

@@ -70,6 +70,7 @@ fn with_edges(case: &Case, random: &mut Random, edges: &[Edge]) -> (Mechanism, V
             law,
             impact_velocity_floor: None,
             neighbor: None,
+            backlash: None,
         });
         let scales =
             ContactScales { mass: 1.0, resting_penetration: 1.0, resting_speed: 1.0, resting_velocity: 1.0 };

@@ -122,7 +122,7 @@ fn accelerations_and_drive_torques_are_those_of_the_cartesian_system() {
     for (index, case) in moving_cases().iter().enumerate() {
         let states = states_at(case, case.t, &case.q, &case.v);
         let mut dynamics = dynamics_of(case);
-        let (_, forces) = assert_motion(case, index, &mut dynamics, &rows(case, &states), 1e-9);
+        let (_, forces) = assert_motion(case, index, &mut dynamics, &rows(case, &states), &[], 1e-9);
         let rest = dynamics.unbalanced();
         assert!(rest.force.norm().max(rest.moment.abs()) <= 1e-8 * forces, "case {index}: {rest:?}");
     }
