@@ -71,9 +71,8 @@ fn means(scenes: &[(Rattle, [f64; 5])], method: Method, rtol: f64) -> (f64, f64)
     ((error / count).exp(), (stages / count).exp())
 }
 
-/// Stages for an error, between the last tolerance that misses it and the next.
-fn stages_at(scenes: &[(Rattle, [f64; 5])], method: Method, target: f64) -> f64 {
-    let rows: Vec<(f64, f64)> = (2..=8).map(|k| means(scenes, method, 10_f64.powi(-k))).collect();
+/// Stages for an error, between the last tolerance that misses it and the next, of rows of error and stages.
+fn stages_at(rows: &[(f64, f64)], target: f64) -> f64 {
     match rows.iter().rposition(|row| row.0 > target) {
         None => rows[0].1,
         Some(last) => {
@@ -87,9 +86,11 @@ fn stages_at(scenes: &[(Rattle, [f64; 5])], method: Method, target: f64) -> f64 
 fn gate_3_the_automatic_choice_is_near_the_best_method_where_contacts_slide_and_where_they_stick() {
     for (name, draw) in [("slide", Rattle::sliding as Draw), ("stick", Rattle::sticking)] {
         let scenes = ensemble(10, draw);
+        let rows = |method| (2..=8).map(|k| means(&scenes, method, 10_f64.powi(-k))).collect::<Vec<_>>();
+        let (of_methods, of_adams) = (METHODS.map(rows), rows(Method::Adams));
         for target in [1e-3, 1e-4, 1e-5] {
-            let [auto, others @ ..] = METHODS.map(|method| stages_at(&scenes, method, target));
-            let multistep = stages_at(&scenes, Method::Adams, target);
+            let [auto, others @ ..] = of_methods.each_ref().map(|rows| stages_at(rows, target));
+            let multistep = stages_at(&of_adams, target);
             let best = others.into_iter().fold(multistep, f64::min);
             println!("{name} {target:e}: auto {auto:.0} stages, adams {multistep:.0}, {others:.0?}");
             assert!(auto <= 1.3 * best, "{name} at {target:e}: {auto} stages, the best method {best}");

@@ -118,14 +118,14 @@ fn two_runs_are_one_within_the_error_of_that() {
             let whole = run(&mechanism, &settings(method, duration, 5));
             // Impacts are chaotic: tolerances that differ by 1e-4 move an error by a factor of up to 18. So the
             // largest of a few counts.
-            let error = (-2..=2)
+            let error = (-1..=1)
                 .map(|k| {
                     let near = settings(method, duration, 2);
                     let near = Settings { rtol: near.rtol * (1.0 + 1e-4 * f64::from(k)), ..near };
                     distance(&run(&mechanism, &near), &truth, unit)
                 })
                 .fold(0.0, f64::max);
-            for part in [1.0 / 64.0, 0.25, 0.375, 0.703125, 63.0 / 64.0] {
+            for part in [1.0 / 64.0, 0.375, 63.0 / 64.0] {
                 let first = run(&mechanism, &settings(method, part * duration, 3));
                 let second = go_on(&mechanism, &first, &settings(method, (1.0 - part) * duration, 4));
                 assert_eq!(second.t[0], part * duration);

@@ -6,36 +6,20 @@ import json
 import chebclear as cc
 import pytest
 from chebclear import cli
+from rail import block
 
-FILE = """
+FILE = f"""
 format = 1
 [parameters]
-rail_length = { nominal = "100 mm", plus = "60 um", minus = "60 um", distribution = "normal" }
-stop = { nominal = "20 mm", plus = "40 um", minus = "40 um", distribution = "normal" }
-
-[[bodies]]
-name = "block"
-mass = 1
-inertia = 1
-
-[[joints]]
-type = "prismatic"
-name = "rail"
-a = "ground"
-b = "block"
-axis = [1, 0]
-
-[[start]]
-type = "joint"
-joint = "rail"
-position = "rail_length - stop"
-
+rail_length = {{ nominal = "100 mm", plus = "60 um", minus = "60 um", distribution = "normal" }}
+stop = {{ nominal = "20 mm", plus = "40 um", minus = "40 um", distribution = "normal" }}
+{block('"rail_length - stop"')}
 [requirements]
-place = { of = "block.x", above = "79.95 mm", below = "80.05 mm" }
+place = {{ of = "block.x", above = "79.95 mm", below = "80.05 mm" }}
 
 [costs]
 rail_length = "1 + 2e-5 / tolerance"
-stop = { IT6 = 9, IT8 = 5, "0.1 mm" = 2 }
+stop = {{ IT6 = 9, IT8 = 5, "0.1 mm" = 2 }}
 
 [run]
 duration = 0.001

@@ -6,45 +6,22 @@ import json
 import chebclear as cc
 import pytest
 from chebclear import cli
+from rail import block
 
-FILE = """
+FILE = f"""
 format = 1
 title = "A block on a spring"
 [parameters]
-length = { nominal = "100 mm", plus = "6 mm", minus = "6 mm", distribution = "normal" }
-stiffness = { limits = [90, 110], distribution = "uniform" }
-mass = { nominal = 1, rel = 0.01 }
-
-[[bodies]]
-name = "block"
-mass = "mass"
-inertia = 1
-
-[[joints]]
-type = "prismatic"
-name = "rail"
-a = "ground"
-b = "block"
-axis = [1, 0]
-
-[[forces]]
-type = "force"
-name = "pull"
-point = "block"
-x = "-stiffness*block.x"
-y = 0
-
-[[start]]
-type = "joint"
-joint = "rail"
-position = "length"
-
+length = {{ nominal = "100 mm", plus = "6 mm", minus = "6 mm", distribution = "normal" }}
+stiffness = {{ limits = [90, 110], distribution = "uniform" }}
+mass = {{ nominal = 1, rel = 0.01 }}
+{block('"length"', '"mass"', pulled=True)}
 [features]
 speed = "peak(block.vx)"
 
 [requirements]
-reach = { of = "block.x", above = "-103 mm" }
-fast = { of = "speed", below = "1.08 m/s" }
+reach = {{ of = "block.x", above = "-103 mm" }}
+fast = {{ of = "speed", below = "1.08 m/s" }}
 
 [run]
 duration = 1

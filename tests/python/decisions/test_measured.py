@@ -8,6 +8,7 @@ import pytest
 from chebclear import cli
 from chebclear.features import BandPower, Crossings, MagnitudeQuantile
 from chebclear.results import Measured
+from rail import block
 
 T = np.linspace(0.0, 1.0, 101)
 
@@ -177,40 +178,16 @@ def test_features_of_samples_have_their_closed_forms():
 
 def test_the_command_compares_and_identifies(tmp_path, capsys):
     file = tmp_path / "block.toml"
-    file.write_text(
-        """
-format = 1
-[parameters]
-stiffness = { limits = [80, 120] }
-[[bodies]]
-name = "block"
-mass = 1
-inertia = 1
-[[joints]]
-type = "prismatic"
-name = "rail"
-a = "ground"
-b = "block"
-axis = [1, 0]
-[[forces]]
-type = "force"
-name = "pull"
-point = "block"
-x = "-stiffness*block.x"
-y = 0
-[[start]]
-type = "joint"
-joint = "rail"
-position = 0.1
+    tail = """
 [run]
 duration = 1
 samples = 101
 outputs = ["block.x", "block.vx"]
 [features]
 speed = "mean(block.x)"
-""",
-        encoding="utf-8",
-    )
+"""
+    head = "format = 1\n[parameters]\nstiffness = { limits = [80, 120] }\n"
+    file.write_text(head + block("0.1", pulled=True) + tail, encoding="utf-8")
     x = 100.0 * np.cos(np.sqrt(95.0) * T)
     lines = [f"{1e3 * t!r},{float(one)!r}" for t, one in zip(T.tolist(), x, strict=True)]
     path = written(tmp_path, "\n".join(["t [ms],block.x [mm]", *lines]))

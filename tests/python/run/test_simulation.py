@@ -266,10 +266,9 @@ def test_a_progress_callback_that_raises_stops_the_run():
     def stop(share):
         raise LookupError("enough")
 
-    start = time.process_time()
+    # Hours of work, were it not stopped.
     with pytest.raises(LookupError, match="enough"):
-        cc.simulate(cc.mechanisms.slider_crank(), duration=1e4, samples=2, progress=stop)
-    assert time.process_time() - start < 0.5
+        cc.simulate(cc.mechanisms.slider_crank(), duration=1e6, samples=2, progress=stop)
 
 
 class Terminal(io.StringIO):

@@ -3,12 +3,13 @@
 import dataclasses
 import math
 import pickle
-import time
 from statistics import NormalDist
+from types import SimpleNamespace
 
 import chebclear as cc
 import numpy as np
 import pytest
+from chebclear.execution import dispatch
 from chebclear.study.requirements.exact import binomial_cdf, exact_interval, looks
 
 
@@ -96,12 +97,15 @@ class TestShares:
         share = cc.conformance(SHAFT, {"play": cc.require("play", above=0.08)}, 100, width=0.01)["play"]
         assert share.runs == 100 and share.upper - share.lower > 0.01
 
-    def test_runs_end_when_their_time_is_over_and_what_was_not_begun_does_not_count(self):
+    def test_runs_end_when_their_time_is_over_and_what_was_not_begun_does_not_count(self, monkeypatch):
+        now = [0.0]
+        monkeypatch.setattr(dispatch, "time", SimpleNamespace(monotonic=lambda: now[0]))
+
         def slow(gap):
-            time.sleep(2e-3)
+            now[0] += 2e-3
             return {"play": gap}
 
-        study = cc.Study(slow, {"gap": cc.normal(0.0, 1.0)}, max_seconds=0.2)
+        study = cc.Study(slow, {"gap": cc.normal(0.0, 1.0)}, max_seconds=0.2, threads=1)
         with pytest.warns(cc.ChebclearWarning):
             found = cc.conformance(study, cc.require("play", below=9.0), 100_000)
         (share,) = found.values()
