@@ -389,25 +389,15 @@ class ExecutorWorkers(Workers):
         self._stop.touch()
         begun = [future for future in pending if not future.cancel()]
         wait(begun, timeout=_LAST_WAIT)
-        # The file stays until the last of them is over, however busy the machine is, or this process ends.
-        _cleaned_after(begun, self._folder)
 
+        def clean(_: object = None) -> None:
+            # The file stays until the last of them is over, however busy the machine is.
+            if all(future.done() for future in begun):
+                self._folder.cleanup()
 
-def _cleaned_after(futures: Iterable[Future[Any]], folder: TemporaryDirectory[str]) -> None:
-    """Remove a folder when all futures are done."""
-    left = {future for future in futures if not future.done()}
-    lock = threading.Lock()
-
-    def done(future: Future[Any]) -> None:
-        with lock:
-            left.discard(future)
-            if not left:
-                folder.cleanup()
-
-    if not left:
-        folder.cleanup()
-    for future in tuple(left):
-        future.add_done_callback(done)
+        clean()
+        for future in begun:
+            future.add_done_callback(clean)
 
 
 def worker_count(executor: Executor) -> int:

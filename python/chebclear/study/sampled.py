@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.random import Generator
@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from ..base.arguments import Checks
 from ..errors import ArgumentError
-from ..execution.counts import Costs
-from ..execution.failures import FAILED, STOPPED, FailedRun, count_failed, failure_notices
+from ..execution.failures import FAILED, STOPPED, count_failed, failure_notices
 from ..execution.memory import room, study_memory
 from ..execution.pieces import NOT_BEGUN
 from ..run.notices import Notice
@@ -72,7 +71,10 @@ def band(
     checks.real("seconds", seconds, "s", above=0.0)
     if confidence is not None:
         checks.real("confidence", confidence, "-", above=0.0, below=1.0)
-    _check_rtol(checks, runner, rtol)
+    if rtol is not None and runner.model is not None:
+        checks.add("rtol is a setting of simulations: a model of your own does not use it")
+    elif rtol is not None:
+        checked_settings(checks, {"rtol": rtol})
     seed = checks.seed("rng", rng)
     for name, value in {"discard": discard, "angle": angle}.items():
         if revolutions is None and value is not None:
@@ -93,15 +95,15 @@ def band(
                 "nothing has a confidence by runs at points that someone chose: they must be drawn "
                 "independently and uniformly from the box, Study.from_runs(..., independent=True)"
             )
-        requirement = dataclasses.replace(requirement, finished=True, independent=independent)
+        requirement = replace(requirement, finished=True, independent=independent)
     else:
         count = needed if runs is None and confidence is not None else runs
         if count is None:
-            requirement = dataclasses.replace(requirement, seconds=float(seconds))
+            requirement = replace(requirement, seconds=float(seconds))
             count = _affordable_runs(runner, settings, needed, most, requirement)
         if count > most:
             raise ArgumentError(f"runs must be <= max_runs = {most}, got {count}: take fewer")
-        requirement = dataclasses.replace(requirement, independent=count >= needed)
+        requirement = replace(requirement, independent=count >= needed)
         points = _points(runner, requirement, 0, count)
     if confidence is not None and len(points) < needed:
         raise ArgumentError(
@@ -136,7 +138,7 @@ def _affordable_runs(
     """As many runs as are needed for the exact statement, or as time and memory allow; 81 at least."""
     limit = requirement.seconds
     assert limit is not None, "time chooses the number of runs"
-    independent = dataclasses.replace(requirement, independent=True)
+    independent = replace(requirement, independent=True)
     count = min(needed, most)
     design = _design(runner, independent, _points(runner, independent, 0, count), settings, [])
     try:
@@ -154,13 +156,6 @@ def _affordable_runs(
     while fits(2 * count):
         count *= 2
     return needed if fits(needed) else min(count, most)
-
-
-def _check_rtol(checks: Checks, runner: Runner, rtol: float | None) -> None:
-    if rtol is not None and runner.model is not None:
-        checks.add("rtol is a setting of simulations: a model of your own does not use it")
-    elif rtol is not None:
-        checked_settings(checks, {"rtol": rtol})
 
 
 def _finished_points(table: FinishedRuns, runs: int | None) -> Array:
@@ -184,22 +179,19 @@ def _design(
     others: Sequence[StudyResult],
 ) -> Design:
     """Runs at the points and the midpoint, whose result is that of a band."""
-    usage, alone = band_usage(*points.shape), requirement.independent and not others
 
     def result(made: RunTable) -> StudyResult:
-        return _made(runner, requirement, made, others)
+        new = made if requirement.revolutions is None else cut(made, requirement.revolutions)
+        return _of_new(runner, requirement, new, others)
 
-    return Design(points, settings, usage, result, alone, requirement.seed)
+    alone = requirement.independent and not others
+    return Design(points, settings, band_usage(*points.shape), result, alone, requirement.seed)
 
 
-def _made(
-    runner: Runner,
-    requirement: Requirement,
-    made: RunTable,
-    others: Sequence[StudyResult],
+def _of_new(
+    runner: Runner, requirement: Requirement, new: RunTable, others: Sequence[StudyResult]
 ) -> StudyResult:
-    """The result of runs at the points and the midpoint."""
-    new = made if requirement.revolutions is None else cut(made, requirement.revolutions)
+    """The result of the runs of a design and of those of others."""
     if not new.outputs:
         raise ArgumentError(
             "a band needs outputs over time: name some in Study(outputs=...), or have the model or table "
@@ -207,28 +199,21 @@ def _made(
         )
     limits = dict.fromkeys(new.outputs, (-math.inf, math.inf))
     if new.scene is not None:
-        limits = physical_limits(
-            new.outputs, largest_clearances(runner.scene, runner.intervals, new.scene, new.clearances)
+        largest = largest_clearances(runner.scene, runner.intervals, new.scene, new.clearances)
+        limits = physical_limits(new.outputs, largest)
+    count, failed = len(new.kept), count_failed(new.failures)
+    requirement = replace(requirement, runs=count, failed=failed, limits=limits)
+    if count < LEAST_RUNS:
+        raise ArgumentError(
+            f"a band needs at least {LEAST_RUNS} runs, {count} of {count + len(new.failures)} have a result; "
+            f"the first of the others is {new.failures[0]}"
         )
-    requirement = dataclasses.replace(
-        requirement, runs=len(new.kept), failed=count_failed(new.failures), limits=limits
-    )
-    _check_enough(requirement, new.failures)
-    scored, nominal = new[: requirement.runs], new[requirement.runs :]
-    kept = _others(runner, others, requirement, new)
+    scored, nominal = new[:count], new[count:]
+    kept = _without_twins(runner, scored, new[:0].joined(_others(runner, others, requirement, new)))
     messages = [*new.notices, *_foreign(runner, others, nominal)]
     messages += [] if requirement.revolutions is not None else unpredictable(new)
-    whole = None if kept else new.values
-    return _result(runner, requirement, new, [scored], kept, nominal, messages, whole)
-
-
-def _check_enough(requirement: Requirement, failures: Sequence[FailedRun]) -> None:
-    """Refuse to make bands of the few runs that failures left."""
-    if requirement.runs < LEAST_RUNS:
-        raise ArgumentError(
-            f"a band needs at least {LEAST_RUNS} runs, {requirement.runs} of "
-            f"{requirement.runs + len(failures)} have a result; the first of the others is {failures[0]}"
-        )
+    runs = scored.joined([kept, nominal]) if len(kept.parameters) else new
+    return _result(runner, requirement, runs, messages)
 
 
 def extended(
@@ -246,10 +231,9 @@ def extended(
     checks.finish()
     assert requirement is not None, "the checks let no other result pass"
     old = runs_of(result, result.outputs)
-    scored, messages = [old[: requirement.runs]], _lasting(result.notices)
-    count = len(old.parameters)
-    kept, nominal = [old[requirement.runs : count]], old[count:]
-    good, begun = requirement.runs, requirement.runs + requirement.failed
+    count, messages = len(old.parameters), _lasting(result.notices)
+    scored, kept, nominal = old[: requirement.runs], old[requirement.runs : count], old[count:]
+    begun = requirement.runs + requirement.failed
     # Runs that time was short for are made now.
     failures = tuple(one for one in result.failures if one.reason != NOT_BEGUN or one.index >= begun + runs)
     seconds = result.seconds
@@ -258,43 +242,24 @@ def extended(
         new = runner.made(points, result.settings, midpoint=False, usage=band_usage(*points.shape))
         new = new if requirement.revolutions is None else cut(new, requirement.revolutions)
         seconds += new.seconds
-        scored.append(new)
+        scored = scored.joined([new])
         messages += _lasting(new.notices)
-        good += len(new.kept)
-        failures += tuple(dataclasses.replace(one, index=one.index + begun) for one in new.failures)
-    kept += _others(runner, others, requirement, old)
+        failures += tuple(replace(one, index=one.index + begun) for one in new.failures)
+    kept = _without_twins(runner, scored, kept.joined(_others(runner, others, requirement, old)))
     messages += _foreign(runner, others, nominal)
-    requirement = dataclasses.replace(requirement, runs=good, failed=count_failed(failures))
+    good = len(scored.parameters)
+    requirement = replace(requirement, runs=good, failed=count_failed(failures))
     messages += failure_notices(failures, good + len(failures) + 1)
-    base = dataclasses.replace(old, seconds=seconds, failures=failures)
-    return _result(runner, requirement, base, scored, kept, nominal, messages)
+    made = replace(scored.joined([kept, nominal]), seconds=seconds, failures=failures)
+    return _result(runner, requirement, made, messages)
 
 
 def _result(
-    runner: Runner,
-    requirement: Requirement,
-    base: RunTable,
-    scored: Sequence[RunTable],
-    kept: Sequence[RunTable],
-    nominal: RunTable,
-    notices: Sequence[Notice],
-    whole: Array | None = None,
+    runner: Runner, requirement: Requirement, runs: RunTable, notices: Sequence[Notice]
 ) -> StudyResult:
-    """The result of the runs of all tables, otherwise like `base`; `whole` are their values as one array."""
-    kept = _without_twins(runner, scored, kept)
-    tables = [*scored, *kept]
-    # Runs of another result may not know the features.
-    found = [table.features for table in [*tables, nominal] if table.features is not None]
-    runs = dataclasses.replace(
-        base,
-        parameters=np.concatenate([table.parameters for table in tables]),
-        values=np.concatenate([one.values for one in [*tables, nominal]]) if whole is None else whole,
-        features=np.concatenate(found) if base.feature_names and len(found) == len(tables) + 1 else None,
-        stats=Costs.joined(table.stats for table in [*tables, nominal]),
-        notices=tuple(notices),
-    )
-    # Included runs may lie on a grid.
-    random = not kept and (not isinstance(runner.model, FinishedRuns) or runner.model.independent)
+    """The result of runs at points of the study, then included ones, which may lie on a grid."""
+    alone = len(runs.parameters) == requirement.runs
+    random = alone and (not isinstance(runner.model, FinishedRuns) or runner.model.independent)
     result = StudyResult.from_runs(
         runs,
         runner.intervals,
@@ -307,7 +272,7 @@ def _result(
     )
     # Shortcomings of the bands are known only now.
     messages = [*remarks(result.bands, requirement), *early_widths(result.bands, result.scene)]
-    return dataclasses.replace(result, notices=(*notices, *messages))
+    return replace(result, notices=(*notices, *messages))
 
 
 def _lasting(notices: Sequence[Notice]) -> list[Notice]:
@@ -361,10 +326,8 @@ def _foreign(runner: Runner, results: Sequence[StudyResult], nominal: RunTable) 
         same = all(result.intervals[name].nominal == side.nominal for name, side in runner.intervals.items())
         if runner.settings is not None or not same or result.nominal_parameters is not None:
             continue
-        values, other = (
-            nominal.values[0],
-            np.stack([result[name].nominal for name in nominal.outputs], axis=-1),
-        )
+        values = nominal.values[0]
+        other = np.stack([result[name].nominal for name in nominal.outputs], axis=-1)
         size = np.maximum(np.max(np.abs(values), axis=0), np.max(np.abs(other), axis=0))
         if np.any(np.abs(values - other) > _SAME_VALUES * size):
             text = (
@@ -375,30 +338,22 @@ def _foreign(runner: Runner, results: Sequence[StudyResult], nominal: RunTable) 
     return found
 
 
-def _without_twins(runner: Runner, scored: Sequence[RunTable], kept: Sequence[RunTable]) -> list[RunTable]:
+def _without_twins(runner: Runner, scored: RunTable, kept: RunTable) -> RunTable:
     """The included runs at points that no held-out run has, and those that are the same only once.
 
     A run that is held out while its twin is not would always be inside.
     """
-    if not kept:
-        return []
-    points = np.concatenate([table.parameters for table in (*scored, *kept)])
     # Points are the same to rounding; bit for bit where they come from the same sequence.
-    cube = np.round(on_cube(runner.intervals, points) / _SAME_POINT) + 0.0
-    place = sum(len(table.parameters) for table in scored)
-    held_out = {point.tobytes() for point in cube[:place]}
-    seen: set[tuple[bytes, bytes]] = set()
-    left = []
-    for table in kept:
-        rows = []
-        for row, values in enumerate(table.values):
-            point = cube[place + row].tobytes()
-            # A table may have several runs at one point.
-            same = (point, hashlib.sha256(values.tobytes()).digest())
-            if point not in held_out and same not in seen:
-                seen.add(same)
-                rows.append(row)
-        place += len(table.parameters)
-        if rows:
-            left.append(table[np.array(rows)])
-    return left
+    own, others = (
+        [
+            point.tobytes()
+            for point in np.round(on_cube(runner.intervals, table.parameters) / _SAME_POINT) + 0.0
+        ]
+        for table in (scored, kept)
+    )
+    held_out = set(own)
+    first: dict[tuple[bytes, bytes], int] = {}
+    for row, (point, values) in enumerate(zip(others, kept.values, strict=True)):
+        if point not in held_out:  # a table may have several runs at one point
+            first.setdefault((point, hashlib.sha256(values.tobytes()).digest()), row)
+    return kept[np.array(list(first.values()), dtype=np.intp)]

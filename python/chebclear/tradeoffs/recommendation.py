@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..base import files as records
 from ..base.arguments import Checks, did_you_mean
+from ..base.prefixes import format_exact, format_quantity
 from ..base.shown import spoken
 from ..base.tables import format_number
 from ..base.units import unit
@@ -122,21 +123,6 @@ def largest_error(t: Array, growth: Array, until: float | None) -> Array:
     return growth[:, min(index, len(t) - 1)]
 
 
-def in_words(time: float, digits: int = 3) -> str:
-    """A time [s] with some significant digits and a fitting unit.
-
-    Examples
-    --------
-    >>> in_words(0.0314), in_words(2.0), in_words(5.123e-6, 2), in_words(7.6e-4, 2)
-    ('31.4 ms', '2 s', '5.1 µs', '760 µs')
-    """
-    rounded = float(f"{time:.{digits}g}")
-    for scale, name in ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns")):
-        if rounded >= scale or rounded == 0.0:
-            return f"{rounded / scale:.12g} {name}"
-    return f"{rounded:g} s"
-
-
 def power(number: float) -> str:
     """A positive number in the usual form of tolerances.
 
@@ -187,7 +173,7 @@ def recommendation(
             f"only with {_amounts(result, uncertain, [worst])}"
         )
         if until is not None and trusted > result.t[0]:
-            text += f"; ask for at most {in_words(trusted)}"
+            text += f"; ask for at most {format_exact(trusted, 's')}"
         return answer(None, uncertain, text)
 
     good = _settings_within(result, bound, span)
@@ -199,7 +185,7 @@ def recommendation(
         )
         diverged = float(best.horizon[np.isfinite(bound)].min(initial=math.inf))
         if diverged <= span:
-            text += f", but with errors above 1 % of a range from {in_words(diverged)} on"
+            text += f", but with errors above 1 % of a range from {format_exact(diverged, 's')} on"
         if len(good) == len(result.points) > 1:
             text += "; all settings measured are accurate enough, cheaper ones may be too"
         if until is None and span < result.end:
@@ -208,7 +194,9 @@ def recommendation(
 
     finished = [point for point in result.points if np.all(np.isfinite(errors(point)))]
     if not finished:
-        return answer(None, np.full(len(bound), math.nan), f"no setting: no run reached {in_words(span)}")
+        return answer(
+            None, np.full(len(bound), math.nan), f"no setting: no run reached {format_exact(span, 's')}"
+        )
     closest = min(finished, key=lambda point: float(np.max(errors(point) / bound)))
     shown = errors(closest)
     text = (
@@ -288,14 +276,16 @@ def _cost(point: TradeoffPoint, cost: str) -> float:
 
 
 def _price(point: TradeoffPoint, cost: str) -> str:
-    return in_words(point.seconds, 2) if cost == "seconds" else f"{int(_cost(point, cost))} {cost}"
+    return (
+        format_quantity(point.seconds, "s", 2) if cost == "seconds" else f"{int(_cost(point, cost))} {cost}"
+    )
 
 
 def _span(result: Tradeoff, span: float) -> str:
     """A part of the time in words; what was skipped does not count."""
     covered = span - float(result.t[0])
     whole = covered >= result.duration * (1.0 - 1e-9)
-    return f"all {in_words(result.duration)}" if whole else f"the first {in_words(covered)}"
+    return f"all {format_exact(result.duration, 's')}" if whole else f"the first {format_exact(covered, 's')}"
 
 
 def _nearest(errors: Array, bound: Array) -> int:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..base import files as records
 from ..base.arguments import Checks, as_number
+from ..base.prefixes import format_exact
 from ..base.shown import listed
 from ..base.tables import format_number, format_table, markdown_table
 from ..base.units import unit
@@ -31,7 +32,7 @@ from ..run.trajectory import Stats
 from ..scene.columns import column_unit
 from ..scene.scene import Scene
 from . import recommendation as recommend
-from .recommendation import Recommendation, TradeoffPoint, in_words, largest_error, power
+from .recommendation import Recommendation, TradeoffPoint, largest_error, power
 from .report import tradeoff_document
 
 if TYPE_CHECKING:
@@ -225,7 +226,7 @@ class Tradeoff(WithNotices, records.Saved, Exports, kind="tradeoff"):
         until = (
             "within 1 % of every range to the end"
             if math.isinf(least)
-            else f"within 1 % of every range up to {in_words(least)}: no error is known beyond"
+            else f"within 1 % of every range up to {format_exact(least, 's')}: no error is known beyond"
         )
         return f"Reference: {pair} agree {until}; they differ in {differences}."
 
@@ -269,7 +270,7 @@ class Tradeoff(WithNotices, records.Saved, Exports, kind="tradeoff"):
         failures = any(not point.success for point in self.points)
         head = ["method", "rtol", "steps", "rejected", "stages", "evaluations", "events", "time [ms]"]
         for span in spans:
-            when = "" if span == self.end else f" to {in_words(span)}"
+            when = "" if span == self.end else f" to {format_exact(span, 's')}"
             if few:
                 head += [f"{name} [{column_unit(name)}]{when}" for name in self.outputs]
             head.append(f"worst [% of range]{when}")
@@ -295,7 +296,7 @@ class Tradeoff(WithNotices, records.Saved, Exports, kind="tradeoff"):
         least = float(point.horizon.min())
         row.append(f"> {1e3 * point.end_time:.3g}" if math.isinf(least) else f"{1e3 * least:.3g}")
         if failures:
-            row.append("done" if point.success else f"{point.status} at {in_words(point.end_time)}")
+            row.append("done" if point.success else f"{point.status} at {format_exact(point.end_time, 's')}")
         return row
 
     def _instant_before(self, time: float) -> float:

@@ -5,7 +5,6 @@ import dataclasses
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear.tradeoffs.recommendation import in_words
 
 
 def swing():
@@ -52,19 +51,3 @@ def test_a_tradeoff_tells_the_times_of_its_samples():
     for wrong in (0.5, 0.76):
         with pytest.raises(ValueError, match="until"):
             result.recommendation(1e-3, until=wrong)
-
-
-@pytest.mark.parametrize(
-    ("time", "digits", "words"),
-    [
-        (7.6e-4, 2, "760 µs"),
-        (9.996e-4, 2, "1 ms"),
-        (0.9999, 3, "1 s"),
-        (123.4, 2, "120 s"),
-        (4.2e-8, 2, "42 ns"),
-        (0.0, 3, "0 s"),
-        (1e-12, 3, "1e-12 s"),
-    ],
-)
-def test_times_in_words_have_no_exponent(time, digits, words):
-    assert in_words(time, digits) == words

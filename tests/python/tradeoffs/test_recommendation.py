@@ -50,7 +50,7 @@ def test_the_cheapest_setting_that_is_good_enough_is_taken():
     prices = {("rodas4", 1e-4): 1.0, ("rodas4", 1e-6): 4.0, ("dop853", 1e-6): 2e-3}
     advice = made_up(errors, seconds=prices).recommendation(1e-3)
     assert (advice.point.method, advice.point.rtol, advice.until) == ("dop853", 1e-6, 0.03)
-    assert str(advice) == "rtol 1e-6 with dop853: slider.vx within 0.0050 m/s over all 30 ms, 2 ms a run"
+    assert str(advice) == "rtol 1e-6 with dop853: slider.vx within 0.0050 m/s over all 30 ms, 2.0 ms a run"
     # The same in the unit of the output; by stages (one over the price here) another one is cheaper.
     assert made_up(errors, seconds=prices).recommendation({"slider.vx": 0.01}).point == advice.point
     stages = made_up(errors, seconds={**prices, ("rodas4", 1e-6): 0.5}).recommendation(1e-3, cost="stages")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -182,15 +181,6 @@ def _verdict(margin: Margin, coverage: float, requirement: Requirement) -> Verdi
         if enough and coverage * requirement.succeeded >= requirement.coverage
         else "undersampled"
     )
-
-
-def doubling_narrows(runs: int) -> float:
-    """Average relative reduction of the width of a calibrated band when the number of runs is doubled [-].
-
-    What no polynomial resolves on P1 to P5 of `benchmarks/bands.py`, 24 studies each: 15 % for a doubling
-    between 12 and 41 runs, 7 % from 41 to 81, 5 % for each to 321: about 0.43 over the root of their number.
-    """
-    return min(0.25, 0.43 / math.sqrt(runs))
 
 
 def statement(requirement: Requirement) -> str:

@@ -16,7 +16,6 @@ from ...execution.failures import set_apart
 from ...execution.pieces import NOT_BEGUN
 from ...scene.scene import Interval
 from ..band.band import Band
-from ..band.calibrated import doubling_narrows
 from ..band.margin import percent
 from ..polynomials.points import leaves_out, on_cube
 from .extent import asked_end, sampled_end
@@ -149,10 +148,7 @@ def suggestions(result: StudyResult) -> list[str]:
     elif wide and requirement is not None:
         more = requirement.runs
         how = "a table of twice as many runs" if requirement.finished else f"{more} more runs"
-        advice.append(
-            f"{how} would narrow {_named(wide)} by about {100.0 * doubling_narrows(more):.0f} % "
-            "(what doubling them did to 24 studies of six mechanisms, on average)"
-        )
+        advice.append(f"{how} would narrow {_named(wide)}")
     lost = [band.name for band in bands if band.verdict == "not resolved"]
     if lost:
         advice.append(f"bands of all runs (kind band) bound {_named(lost)}, which no polynomial follows")

@@ -74,6 +74,21 @@ class RunTable:
             stats=self.stats[rows] if len(self.stats) else self.stats,
         )
 
+    def joined(self, others: Sequence[RunTable]) -> RunTable:
+        """These runs and then those of others, which may not know the features; else like this table."""
+        if not others:
+            return self
+        tables = [self, *others]
+        found = [table.features for table in tables if table.features is not None]
+        return replace(
+            self,
+            parameters=np.concatenate([table.parameters for table in tables]),
+            kept=np.concatenate([table.kept for table in tables]),
+            values=np.concatenate([table.values for table in tables]),
+            features=np.concatenate(found) if len(found) == len(tables) else None,
+            stats=Costs.joined(table.stats for table in tables),
+        )
+
 
 OF_RUNS = ("stats", "notices", "settings", "scene", "nominal_parameters", "failures", "seconds")
 """Fields of a `StudyResult` that are those of the table of its runs."""
