@@ -39,7 +39,7 @@ def test_a_line_an_output_and_what_to_do_next(study):
     assert row(text, "x")[1:5] == ["0.6", "resolved", "100", "%"]
     assert row(text, "noise")[2] in ("calibrated", "undersampled")
     assert "top: 0.9 to 1.1 (resolved)" in text
-    assert "next: 41 more runs would narrow noise by about 7 %" in text
+    assert "next: 41 more runs would narrow noise" in text
     assert "next: a check simulates the predicted worst cases of x" in text
     assert 'next: ranking("top")' in text
     assert result.seconds > 0.0 and result.extend(2).seconds > result.seconds

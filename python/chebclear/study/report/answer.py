@@ -15,7 +15,7 @@ from ...report.document import Cell, Judgment, Table, Verdict
 from ..band.band import Band
 from ..band.margin import percent
 from ..features.features import FeatureResult
-from .extent import at_samples, extent, sampled_end
+from .extent import at_samples, extent, place_of, sampled_end
 
 if TYPE_CHECKING:
     from ..requirements.conformance import Conformance
@@ -44,20 +44,20 @@ _OPEN = {
 def sentences(result: StudyResult) -> list[str]:
     """In specification or not, else how far the first output moves; the largest force; the tolerance."""
     conformance = result.conformance
-    first = _movement(result) if conformance is None else _specification(conformance)
+    first = _movement(result) if conformance is None else [_specification(conformance)]
     told = [*first, *_force(result), *_tolerance(_judged(result, conformance))]
     return told or ["The study has neither outputs nor features."]
 
 
-def _specification(conformance: Conformance) -> Iterator[str]:
+def _specification(conformance: Conformance) -> str:
     *_, every = conformance.values()
-    ends = f"between {percent(every.lower)} and {percent(every.upper)}"
+    least, most = map(percent, (every.lower, every.upper))
     sure = f"with {100.0 * every.confidence:.4g} % confidence"
     if every.outside == 0:
-        least = f"at least {percent(every.lower)} are in it {sure}"
-        yield f"None of {every.runs} mechanisms is out of specification: {least}."
-    else:
-        yield f"In specification are {percent(every.share)} of the mechanisms, {ends} {sure}."
+        what = f"None of {every.runs} mechanisms is out of specification"
+        return f"{what}: at least {least} are in it {sure}."
+    what = f"In specification are {percent(every.share)} of the mechanisms"
+    return f"{what}, between {least} and {most} {sure}."
 
 
 def requirements(conformance: Conformance | None) -> list[Table]:
@@ -110,10 +110,8 @@ def _movement(result: StudyResult) -> Iterator[str]:
 
 def _when(band: Band) -> str:
     """Where two mechanisms differ most."""
-    widest = int(np.argmax(band.width))
-    if band.angle is None:
-        return f"at {format_quantity(float(band.t[widest]), 's')}"
-    return f"at a crank angle of {format_quantity(float(band.angle[widest]), 'rad')}"
+    at = "at" if band.angle is None else "at a crank angle of"
+    return f"{at} {place_of(band, int(np.argmax(band.width)))}"
 
 
 def _force(result: StudyResult) -> Iterator[str]:

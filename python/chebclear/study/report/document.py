@@ -16,7 +16,6 @@ from ...plots.drawing.scene import mechanism_picture
 from ...report.document import Block, Cell, Document, Items, Moving, Picture, Section, Table, Text, Verdict
 from ...run.report import costs_table, reproduction, version_fact, warnings_section
 from ...scene.scene import Interval
-from ..band.band import Band
 from ..band.margin import percent
 from .alternatives import alternatives
 from .answer import (
@@ -29,7 +28,7 @@ from .answer import (
     unknown,
     unproven,
 )
-from .extent import extent
+from .extent import extent, place_of
 from .film import study_film
 from .ranking import feature_section
 from .script import study_listings
@@ -61,18 +60,22 @@ def study_document(result: StudyResult, title: str | None) -> Document:
     bands = result.bands
     names = [*bands, *result.features.names]
     counted = f"{len(result.parameters)} runs and the nominal one"
+    time = [f"{format_quantity(result.seconds, 's', 2)} of runs"] if math.isfinite(result.seconds) else []
+    subject = "The parameters and their intervals" if result.scene is None else "The tolerances"
     more = alternatives(result)
+    outputs: list[Block] = [Items([reach_of(result, band) for band in bands.values()])]
+    outputs += map(band_picture, bands.values())
     return Document(
         title=title
         or f"How far {'does' if len(names) == 1 else 'do'} {in_a_sentence(names)} move over the tolerances?",
-        facts=[_method(result), counted, *_time(result), version_fact()],
+        facts=[_method(result), counted, *time, version_fact()],
         answer=sentences(result),
         first=[*_moving(result), *requirements(conformance), *main_numbers(result)],
         doubts=[*unproven(conformance), *unknown(result)],
         sections=[
             *([_shares(result, conformance)] if conformance is not None else []),
-            Section(_SUBJECT[result.scene is None], [_parameters(result)]),
-            *([Section("How far the outputs move", _band_blocks(result))] if bands else []),
+            Section(subject, [_parameters(result)]),
+            *([Section("How far the outputs move", outputs)] if bands else []),
             *(feature_section(one) for one in features_of(result)),
             *([Section("Worst cases", [_worst_cases(result)])] if bands else []),
             *([Section("How sure this is", sure)] if (sure := _how_sure(result)) else []),
@@ -89,14 +92,6 @@ def _moving(result: StudyResult) -> list[Block]:
     if result.bands:
         return [Moving(still, partial(study_film, result))]
     return [] if still is None else [still]
-
-
-def _time(result: StudyResult) -> list[str]:
-    """The time of the runs, where it is known."""
-    return [f"{format_quantity(result.seconds, 's', 2)} of runs"] if math.isfinite(result.seconds) else []
-
-
-_SUBJECT = ("The tolerances", "The parameters and their intervals")
 
 
 def _again(result: StudyResult) -> list[Section]:
@@ -158,13 +153,6 @@ def verdict_table(result: StudyResult) -> Table:
     return Table("Bands and how far they can be trusted", head, rows)
 
 
-def _band_blocks(result: StudyResult) -> list[Block]:
-    """The table of verdicts, and every band."""
-    blocks: list[Block] = [Items([reach_of(result, band) for band in result.bands.values()])]
-    blocks += map(band_picture, result.bands.values())
-    return blocks
-
-
 def _shares(result: StudyResult, conformance: Conformance) -> Section:
     """How the mechanisms are spread about the limits."""
     blocks: list[Block] = [Items([f"{name}: {one}." for name, one in conformance.items()])]
@@ -198,28 +186,17 @@ def _worst_cases(result: StudyResult) -> Table:
                     name,
                     word,
                     format_quantity(float(band.runs[run, sample]), unit, scale=scale),
-                    _place(band, int(sample)),
+                    place_of(band, int(sample)),
+                    # So that runs near a corner of the box are seen.
                     *(
-                        _deviation(float(value), side)
-                        for value, side in zip(band.parameters[run], sides, strict=True)
+                        f"{100.0 * (value - side.midpoint) / side.half_width:+.0f} %"
+                        for value, side in zip(band.parameters[run].tolist(), sides, strict=True)
                     ),
                 ]
             )
     head = ["output", "case", "simulated there", "at", *result.intervals]
     words = "each parameter from -100 % at the lower to +100 % at the upper end of its interval"
     return Table(f"The extreme runs of each output; {words}", head, rows)
-
-
-def _deviation(value: float, side: Interval) -> str:
-    """Where in its interval a parameter is, so that runs near a corner of the box are seen."""
-    return f"{100.0 * (value - side.midpoint) / side.half_width:+.0f} %"
-
-
-def _place(band: Band, sample: int) -> str:
-    """When, or at which crank angle, a sample is."""
-    if band.angle is None:
-        return format_quantity(float(band.t[sample]), "s")
-    return format_quantity(float(band.angle[sample]), "rad")
 
 
 def _how_sure(result: StudyResult) -> list[Block]:

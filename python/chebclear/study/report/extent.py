@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from ...base.prefixes import format_quantity
 from ...execution.failures import count_failed
 from ...run.features import Feature
 from ..band.band import Band
@@ -32,6 +33,13 @@ def extent(result: StudyResult, band: Band) -> tuple[float, float]:
 def at_samples(band: Band) -> tuple[float, float]:
     """The lowest and the highest bound."""
     return float(band.lower.min()), float(band.upper.max())
+
+
+def place_of(band: Band, sample: int) -> str:
+    """When, or at which crank angle, a sample is."""
+    if band.angle is None:
+        return format_quantity(float(band.t[sample]), "s")
+    return format_quantity(float(band.angle[sample]), "rad")
 
 
 def asked_end(result: StudyResult, band: Band, end: End) -> FeatureResult | None:

@@ -17,7 +17,6 @@ from ...scene.motions import Motion, Speed
 from ...scene.schema import Part
 
 if TYPE_CHECKING:
-    from ...run.settings import Settings
     from ..requirements.specification import Specification
     from ..results import StudyResult
     from ..spec import StudySpec
@@ -35,12 +34,19 @@ def study_listings(result: StudyResult) -> tuple[Listing, str]:
     spec = result.spec
     ready_made = None if spec is None else spec.mechanism
     callable_text = f"cc.mechanisms.{ready_made}" if ready_made else "build"
-    settings = settings_in_script(_of_study(result))
+    assert result.settings is not None, "of simulated runs"
+    own, requirement = result.settings, result.requirement
+    if requirement is not None and requirement.revolutions is not None:  # which chose times and samples
+        own = dataclasses.replace(own, skip=0.0, samples=requirement.revolutions.samples, cycles=1)
+    settings = settings_in_script(own)
     settings.pop("outputs", None)
+    included = 0 if requirement is None else len(result.parameters) - requirement.runs
     lines = ["import chebclear as cc", ""]
     text = None if spec is None else spec.scene_file
     if text is not None:
-        lines += [*_scene_file(text), ""]
+        # As it is read, wherever quotes allow it.
+        quoted = repr(text) if "'''" in text else f"r'''\n{text}'''"
+        lines += ["# The scene file.", f"build = cc.loads({quoted})", ""]
     elif not ready_made:
         origin = "not stored: import your model" if spec is None else spec.origin
         lines += [
@@ -48,46 +54,25 @@ def study_listings(result: StudyResult) -> tuple[Listing, str]:
             f"from model import {callable_text}",
             "",
         ]
+    parameters = result.intervals if spec is None else spec.parameters
     lines += [
         "study = cc.Study(",
         f"    {callable_text},",
         "    {",
-        *(f"        {name!r}: {_written(given)}," for name, given in _parameters(result).items()),
+        *(f"        {name!r}: {_written(given)}," for name, given in parameters.items()),
         "    },",
         *([f"    outputs={list(result.bands)!r},"] if result.bands else []),
         *(f"    {name}={value!r}," for name, value in settings.items()),
         *_further(spec),
         *_features(spec),
         ")",
-        *_included(result),
+        *([f"# {included} runs of other results were included, by include=..."] if included else []),
         f"result = {_call(result)}",
         "print(result)",
     ]
     whole = spec is not None and not spec.objects
     meaning = "The script of this study" if whole else "A script of this study, which needs your model"
     return Listing("study.py", "\n".join(lines) + "\n", meaning), meaning
-
-
-def _scene_file(text: str) -> list[str]:
-    """A scene file within the script; as it is read, wherever quotes allow it."""
-    quoted = repr(text) if "'''" in text else f"r'''\n{text}'''"
-    return ["# The scene file.", f"build = cc.loads({quoted})"]
-
-
-def _of_study(result: StudyResult) -> Settings:
-    """The settings of the study: a band by crank angle chose times and samples of its own."""
-    assert result.settings is not None, "of simulated runs"
-    turns = None if result.requirement is None else result.requirement.revolutions
-    if turns is None:
-        return result.settings
-    return dataclasses.replace(result.settings, skip=0.0, samples=turns.samples, cycles=1)
-
-
-def _included(result: StudyResult) -> list[str]:
-    """A remark on runs of other results, which the script cannot make."""
-    requirement = result.requirement
-    count = 0 if requirement is None else len(result.parameters) - requirement.runs
-    return [f"# {count} runs of other results were included, by include=..."] if count else []
 
 
 def _further(spec: StudySpec | None) -> list[str]:
@@ -139,11 +124,6 @@ def _value(value: Any) -> str:
     return repr(value)
 
 
-def _parameters(result: StudyResult) -> dict[str, Any]:
-    """The parameters as they were given: intervals and distributions."""
-    return dict(result.intervals if result.spec is None else result.spec.parameters)
-
-
 def _written(given: Any) -> str:
     """A parameter as the script has it."""
     if isinstance(given, Distribution):
@@ -169,10 +149,9 @@ def _call(result: StudyResult) -> str:
     """The call that made the result."""
     requirement = result.requirement
     if requirement is not None:
-        known = {name: value for name, value in dataclasses.asdict(requirement).items() if name == "coverage"}
-        known["rng"] = requirement.seed
+        known: dict[str, Any] = {"runs": requirement.runs + len(result.failures)}
+        known |= {"coverage": requirement.coverage, "rng": requirement.seed}
         known |= {} if result.settings is None else {"rtol": result.settings.rtol}
-        known = {"runs": requirement.runs + len(result.failures), **known}
         if requirement.confidence is not None:
             known["confidence"] = requirement.confidence
         if requirement.revolutions is not None:

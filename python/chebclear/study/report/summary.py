@@ -124,26 +124,17 @@ def _row(result: StudyResult, band: Band) -> list[str]:
     ]
 
 
-def _leaves_out(result: StudyResult) -> bool:
-    """Whether the runs came as a table that leaves out a part of the box."""
-    return _is_table(result) and leaves_out(on_cube(result.intervals, result.parameters))
-
-
-def _is_table(result: StudyResult) -> bool:
-    """Whether the runs came as a table, which has no further ones."""
-    return result.spec is not None and result.spec.table
-
-
 def suggestions(result: StudyResult) -> list[str]:
     """Suggestions for a better result and for its use."""
     bands = result.bands.values()
     advice = []
+    is_table = result.spec is not None and result.spec.table  # which has no further runs
     wide = [band.name for band in bands if band.verdict in ("calibrated", "undersampled")]
     requirement = result.requirement
     unfit = _unfit(result)
     if unfit:
         advice.append(f"{unfit}; more runs would not change that")
-    elif wide and _leaves_out(result):
+    elif wide and is_table and leaves_out(on_cube(result.intervals, result.parameters)):
         advice.append("runs in the part of the box that the table leaves out, or intervals without it")
     elif wide and requirement is not None:
         more = requirement.runs
@@ -156,7 +147,7 @@ def suggestions(result: StudyResult) -> list[str]:
     if inner:
         advice.append(f"{_named(inner)}: inner bounds; a band (kind band) says how far a further run may go")
     followed = [band.name for band in bands if band.verdict == "resolved" and band.surrogate is not None]
-    if followed and not result.worst_cases and not _is_table(result):
+    if followed and not result.worst_cases and not is_table:
         advice.append(f"a check simulates the predicted worst cases of {_named(followed)}")
     return advice
 
