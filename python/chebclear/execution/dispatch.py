@@ -208,7 +208,9 @@ class _Dispatcher:
         # It is not raised here, so that only this process's own Ctrl-C ends the study as one.
         error = future.exception()
         if error is not None:
-            if not _is_loss(error):
+            lost = isinstance(error, BrokenExecutor) or type(error).__name__ in _LOST
+            # What is no exception, such as an interrupt that came to a worker alone, ended the worker.
+            if isinstance(error, Exception) and not lost:
                 raise error
             self._lose(task, error)
             return
@@ -252,12 +254,6 @@ class _Dispatcher:
         if self.report is not None and done != self.reported:
             self.report(min(done, self.source.total), self.source.total)
         self.reported = done
-
-
-def _is_loss(error: BaseException) -> bool:
-    lost = isinstance(error, BrokenExecutor) or type(error).__name__ in _LOST
-    # What is no exception, such as an interrupt that came to a worker alone, ended the worker.
-    return lost or not isinstance(error, Exception)
 
 
 class Workers:

@@ -219,7 +219,12 @@ def bifurcation(
 
     scenes = [build(**{parameter: float(value)}, **constant) for value in given]
     times = np.array([scene.period if own_period is None else own_period for scene in scenes])
-    name = _first_eccentricity(scenes[0]) if output is None else output
+    name = output
+    if name is None:
+        names = [joint.name for joint in scenes[0].joints if isinstance(joint, ClearanceRevolute)]
+        if not names:
+            raise ArgumentError("the scene has no clearance joint: name the output to sample")
+        name = f"{names[0]}.eccentricity_x"
     each = [
         replace(one, duration=count * time, skip=skipped * time, outputs=(name,)).for_scene(scene)
         for scene, time in zip(scenes, times.tolist(), strict=True)
@@ -247,14 +252,6 @@ def _checked_values(checks: Checks, values: ArrayLike) -> Array:
     elif not np.isfinite(given).all() or np.ma.is_masked(values):
         checks.add("values must be finite, none of them masked")
     return given.astype(float) if given.dtype.kind in "iuf" else np.zeros(0)
-
-
-def _first_eccentricity(scene: Scene) -> str:
-    """The output that is sampled if none is named."""
-    for joint in scene.joints:
-        if isinstance(joint, ClearanceRevolute):
-            return f"{joint.name}.eccentricity_x"
-    raise ArgumentError("the scene has no clearance joint: name the output to sample")
 
 
 def in_threads(

@@ -248,13 +248,13 @@ def _differences(result: StudyResult, reference: StudyResult) -> Iterator[str]:
         yield from _unequal("", {"mechanism": one.name}, {"mechanism": other.name})
         yield from _unequal("fixed ", one.facts()["fixed"], other.facts()["fixed"])
     yield from _unequal("interval of ", result.intervals, reference.intervals)
-    settings = [one.settings and dataclasses.asdict(one.settings) for one in (result, reference)]
-    known = [{name: plain[name] for name in _SETTINGS} if plain else {} for plain in settings]
-    yield from _unequal("", *known)
-    scenes = [
-        {} if one.scene is None else _numbers(json.loads(one.scene.to_json())) for one in (result, reference)
+    settings = [
+        {} if one.settings is None else {name: getattr(one.settings, name) for name in _SETTINGS}
+        for one in (result, reference)
     ]
-    if scenes[0] and scenes[1]:
+    yield from _unequal("", *settings)
+    if result.scene is not None and reference.scene is not None:
+        scenes = (_numbers(json.loads(scene.to_json())) for scene in (result.scene, reference.scene))
         found = list(_unequal("nominal scene: ", *scenes))
         yield from found[:_MOST_LINES]
         if len(found) > _MOST_LINES:
@@ -278,18 +278,18 @@ def _shown(value: Any) -> str:
 
 
 def _numbers(plain: Any, path: str = "") -> dict[str, Any]:
-    """The single values of a scene by their paths; entries of lists by their names."""
-    if isinstance(plain, dict):
-        parts = [(f"{path}.{name}" if path else name, value) for name, value in plain.items()]
-    elif isinstance(plain, list):
+    """The single values of a scene by their paths; entries of lists by their names, or numbers."""
+    if isinstance(plain, list):
         names = [one.get("name") if isinstance(one, dict) else None for one in plain]
-        parts = [
-            (f"{path}[{index}]" if name is None else f"{path}.{name}", value)
-            for index, (name, value) in enumerate(zip(names, plain, strict=True))
-        ]
+        parts = {
+            f"[{k}]" if name is None else f".{name}": one
+            for k, (name, one) in enumerate(zip(names, plain, strict=True))
+        }
+    elif isinstance(plain, dict):
+        parts = {f".{name}" if path else name: one for name, one in plain.items()}
     else:
         return {path: plain}
-    return {where: value for part, inner in parts for where, value in _numbers(inner, part).items()}
+    return {where: value for own, one in parts.items() for where, value in _numbers(one, path + own).items()}
 
 
 def root_mean_square(values: Array) -> float:

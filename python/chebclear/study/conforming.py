@@ -217,7 +217,9 @@ def answered(runner: Runner, make: Callable[..., Design], *how: Any, own: bool =
     are its `own`; else of as many other mechanisms. The design is ``make(runner, *how)``.
     """
     asked = runner.requirements
-    own = own and _are_draws(runner)
+    # Independent points of the box are draws from uniform distributions; an instant is among all samples.
+    uniform = all(isinstance(one, Uniform) for one in runner.parameters.values())
+    own = own and bool(asked) and uniform and all(one.at is None for one in asked.values())
     following = _following(runner) if own else runner
     design = make(following, *how)
     own, shares = own and design.independent, None
@@ -241,14 +243,6 @@ def extended(
         return more
     count = requirement.runs + len(more.failures)
     return _with(more, _of_others(runner, more.settings, count, requirement.seed))
-
-
-def _are_draws(runner: Runner) -> bool:
-    """Whether independent points of the box are draws from the distributions, and all samples are there."""
-    uniform = all(isinstance(one, Uniform) for one in runner.parameters.values())
-    return (
-        bool(runner.requirements) and uniform and all(one.at is None for one in runner.requirements.values())
-    )
 
 
 def _following(runner: Runner) -> Runner:

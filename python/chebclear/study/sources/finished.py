@@ -105,11 +105,12 @@ class FinishedRuns:
 
     def runs(self, points: Array, *, midpoint: bool) -> RunTable:
         """The runs at the points and, if asked for, last the nominal one; ValueError if there are none."""
-        own, wanted = self._on_cube(self.parameters), self._on_cube(points)
-        rows, missing = self._rows(points), []
-        if rows is None:
-            rows = []
-            for index, point in enumerate(wanted):
+        # The runs but the nominal one, or the first of them, are themselves: a table may have several at a
+        # point.
+        rows, missing = np.delete(np.arange(len(self.parameters)), self.nominal)[: len(points)].tolist(), []
+        if not np.array_equal(self.parameters[rows], points):
+            own, rows = self._on_cube(self.parameters), []
+            for index, point in enumerate(self._on_cube(points)):
                 distance = np.max(np.abs(own - point), axis=1)
                 rows.append(int(distance.argmin()))
                 if distance.min() > _SAME_POINT:
@@ -145,14 +146,6 @@ class FinishedRuns:
         wanted = self._on_cube(grid)
         away = [np.max(np.abs(wanted - point), axis=1).min() for point in self._on_cube(self.points)]
         return np.asarray(self.points[np.array(away) > _SAME_POINT])
-
-    def _rows(self, points: Array) -> list[int] | None:
-        """The rows of `points` if these are the runs but the nominal one, in order, or the first of them.
-
-        Each is itself then: a table may have several runs at one point.
-        """
-        rows = np.delete(np.arange(len(self.parameters)), self.nominal)[: len(points)]
-        return rows.tolist() if np.array_equal(self.parameters[rows], points) else None
 
     def _on_cube(self, points: Array) -> Array:
         return on_cube(self.intervals, points)
@@ -344,7 +337,8 @@ def _table_values(
             numbers[str(name)] = array
         elif timed and array.shape == (runs, len(t)):
             series[str(name)] = array
-            if runs == len(t) and _looks_transposed(array):
+            rough = [np.mean(np.abs(np.diff(array, axis=axis))) for axis in (0, 1) if runs == len(t)]
+            if rough and rough[0] < _ROUGHER * rough[1]:
                 doubts.append(
                     f'values["{name}"] is square and smoother from run to run than in time: is it (samples, '
                     "runs)? It is taken as (runs, samples)"
@@ -361,11 +355,6 @@ def _table_values(
                 + ("" if timed or array.ndim < 2 else ": time series need t")
             )
     return series, numbers, doubts
-
-
-def _looks_transposed(array: Array) -> bool:
-    over_runs, over_time = (float(np.mean(np.abs(np.diff(array, axis=axis)))) for axis in (0, 1))
-    return over_runs < _ROUGHER * over_time
 
 
 def _table_intervals(checks: Checks, columns: Mapping[str, Array], given: object) -> dict[str, Interval]:

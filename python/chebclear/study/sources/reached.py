@@ -130,7 +130,8 @@ class _Walk:
         while self._waiting:
             part, text = self._waiting.popleft()
             try:
-                self.parts[part] = _shortened(text())
+                found = text()
+                self.parts[part] = found if len(found) <= _READABLE else _hash(found)
             except UnknownValueError as error:
                 raise UnknownValueError(str(error) if part == name else f"{part}: {error}") from None
             except Exception as error:  # of code of the user's, or of a value that is nested too deeply
@@ -432,10 +433,6 @@ def _distributions() -> dict[str, list[str]]:
     from importlib import metadata
 
     return dict(metadata.packages_distributions())
-
-
-def _shortened(text: str) -> str:
-    return text if len(text) <= _READABLE else _hash(text)
 
 
 def _hash(text: str) -> str:
