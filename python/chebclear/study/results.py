@@ -23,7 +23,6 @@ from ..errors import ArgumentError, UnknownNameError
 from ..execution.counts import STATS, Costs
 from ..execution.failures import FailedRun, count_failed
 from ..report import html
-from ..run.dataset import common_facts
 from ..run.names import column_index
 from ..run.notices import Notice, WithNotices
 from ..run.settings import Settings
@@ -358,19 +357,7 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
             ``slider.x.lower``, ``.upper`` and ``.nominal`` over ``t``, ``slider.x.runs`` over ``run`` and
             ``t``, ``parameters.NAME`` over ``run``, ``features.NAME`` over ``run`` and ``cycle``.
         """
-        features, units = {}, dict(self.units)
-        if self.features:
-            features = {name: self.features.runs[:, :, k] for k, name in enumerate(self.features.names)}
-            units |= dict(zip(self.features.names, self.features.units, strict=False))
-        metadata: dict[str, str | int | float] = {"kind": self.kind, "runs": len(self.parameters)}
-        return study_dataset(
-            self.t,
-            self.bands,
-            dict(zip(self.parameter_names, self.parameters.T, strict=True)),
-            features,
-            units,
-            metadata | common_facts(self.settings, self.scene, self.warnings),
-        )
+        return study_dataset(self)
 
     def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
         """Write a report of the study: one HTML file that needs no network.

@@ -265,7 +265,9 @@ class Tradeoff(WithNotices, records.Saved, Exports, kind="tradeoff"):
         """
         spans = [self.end]
         if self.t[0] < self.trusted_until < self.end:
-            spans.insert(0, self._instant_before(self.trusted_until))
+            # The last instant at which the outputs still agree.
+            before = int(np.searchsorted(self.t, self.trusted_until)) - 1
+            spans.insert(0, float(self.t[max(before, 0)]))
         few = len(self.outputs) <= _SHOWN
         failures = any(not point.success for point in self.points)
         head = ["method", "rtol", "steps", "rejected", "stages", "evaluations", "events", "time [ms]"]
@@ -298,10 +300,6 @@ class Tradeoff(WithNotices, records.Saved, Exports, kind="tradeoff"):
         if failures:
             row.append("done" if point.success else f"{point.status} at {format_exact(point.end_time, 's')}")
         return row
-
-    def _instant_before(self, time: float) -> float:
-        """The last instant at which the outputs still agree, if they diverge at this time."""
-        return float(self.t[max(int(np.searchsorted(self.t, time)) - 1, 0)])
 
     def dataset(self) -> Dataset:
         """The table as named arrays with units; see `Exports`.

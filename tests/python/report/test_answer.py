@@ -18,22 +18,6 @@ from chebclear.study.report.document import study_document, verdict_table
 from chebclear.study.report.extent import extent
 
 
-def ranking(scatter, **narrowings):
-    none = Estimate(0.0, 0.0, 0.0)
-    rows = [Rank(name, Estimate(*one), Estimate(*one), None) for name, one in narrowings.items()]
-    return Ranking("peak", tuple(rows), none, Estimate(scatter, 0.0, 1.0))
-
-
-def test_the_conclusion_of_a_ranking_is_short():
-    found = ranking(0.2, rod=(0.3, 0.2, 0.4), crank=(0.1, 0.05, 0.2), play=(-0.001, -0.02, 0.01)).in_short()
-    assert found == (
-        "Halving the interval of rod narrows it by 30 % (20 to 40), of crank by 10 % (5 to 20). "
-        "Tightening play does not help. 20 % of its spread is scatter that no parameter explains."
-    )
-    assert ranking(0.05, rod=(0.3, -0.1, 0.4)).in_short() == "No single tolerance is certain to narrow it."
-    assert ranking(0.0, rod=(0.0, 0.0, 0.0)).in_short() == "It is the same in every run."
-
-
 def test_no_estimate_is_minus_zero():
     assert str(Estimate(-0.001, -0.03, 0.004)) == "0 % (-3 to 0)"
     assert str(Estimate(float("nan"), 0.0, 1.0)).startswith("nan %")
@@ -124,8 +108,6 @@ def test_rows_that_read_the_same_are_judged_the_same():
         sentences = [text for text in ranking.advice() if row.parameter in text.split(":")[0].split()]
         word = {True: "halving", False: "tightening"}.get(row.helps)
         assert [text.split()[0] for text in sentences] == ([word] if word else [])
-    useless = ranking.in_short().partition("Tightening")[2]
-    assert all((row.helps is False) or f"{row.parameter}," not in useless for row in rows)
 
 
 def test_two_rows_of_two_percent():
@@ -137,7 +119,6 @@ def test_two_rows_of_two_percent():
     ranking = Ranking("f", tuple(rows), Estimate(0.0, 0.0, 0.0), Estimate(0.3, 0.2, 0.4))
     told = ranking.advice()
     assert len(told) == 3 and all(text.startswith("tightening") for text in told[1:])
-    assert "Tightening r and yl does not help" in ranking.in_short()
 
 
 def test_how_far_an_output_moves_holds_the_peaks_of_its_runs_between_the_samples():

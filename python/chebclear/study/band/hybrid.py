@@ -16,7 +16,6 @@ from ...base.arguments import Checks, did_you_mean
 from ...base.units import unit
 from ...errors import ArgumentError
 from ...scene.distributions import Distribution, Lognormal, Normal, inside
-from ...scene.scene import Interval
 from ..polynomials.surrogate import Surrogate, time_blocks
 
 Array = NDArray[np.float64]
@@ -96,7 +95,12 @@ def quantile_bounds(
     start = checks.seed("rng", rng)
     checks.finish()
     # Values beyond the intervals, of which nothing is known, count as outside.
-    known = math.prod(_share_inside(given, surrogate.intervals[name]) for name, given in random.items())
+    known = 1.0  # exactly where the intervals hold the whole range of a distribution, however its ends round
+    for name, given in random.items():
+        side = surrogate.intervals[name]
+        known *= (
+            given.cdf(side.upper) - given.cdf(side.lower) if isinstance(given, Normal | Lognormal) else 1.0
+        )
     if asked >= known:
         raise ArgumentError(
             f"probability must be below {known:.6g}, that of the intervals of the runs, got {asked!r}: give "
@@ -134,12 +138,6 @@ def _statement(surrogate: Surrogate, random: Mapping[str, Distribution], asked: 
         f"{' and '.join(random)}{whatever}; estimated with {count} draws from the fitted polynomial and "
         f"widened by its error, all random parameters independent{cut}."
     )
-
-
-def _share_inside(one: Distribution, side: Interval) -> float:
-    """Probability of an interval [-]."""
-    # Exactly 1 where it holds the whole range, however its ends round.
-    return one.cdf(side.upper) - one.cdf(side.lower) if isinstance(one, Normal | Lognormal) else 1.0
 
 
 def _drawn(surrogate: Surrogate, random: Mapping[str, Distribution], draws: int, rng: Generator) -> Array:

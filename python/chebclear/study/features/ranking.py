@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...base.shown import Shown, in_a_sentence, shortened
+from ...base.shown import Shown, shortened
 from ...report import html
 from ...report.document import Items, Table
 from .effects import Estimate
@@ -121,7 +121,11 @@ class Ranking:
             elif row.helps:
                 sentences.append(f"halving the interval of {row.parameter} narrows it by {row.narrowing}")
         if not any(row.helps for row in self.rows):
-            sentences.append(self._uncertain())
+            text = "no single tolerance is certain to narrow it"
+            if self.scatter.value >= 0.5:
+                text += f": {self.scatter} of the spread is scatter that no parameter explains"
+            wide = any(row.helps is None for row in self.rows)
+            sentences.append(f"{text}; more runs narrow the intervals in brackets" if wide else text)
         return tuple(sentences)
 
     def reservations(self) -> tuple[str, ...]:
@@ -137,34 +141,6 @@ class Ranking:
         if self.extrapolated:
             told.append("the runs leave out a part of the box: effects are extrapolated there, not known")
         return tuple(told)
-
-    def _uncertain(self) -> str:
-        """What is known where no tolerance certainly narrows the interval."""
-        text = "no single tolerance is certain to narrow it"
-        if self.scatter.value >= 0.5:
-            text += f": {self.scatter} of the spread is scatter that no parameter explains"
-        wide = any(row.helps is None for row in self.rows)
-        return f"{text}; more runs narrow the intervals in brackets" if wide else text
-
-    def in_short(self) -> str:
-        """The conclusions in two or three sentences."""
-        told = self.advice()
-        if len(told) == 1 and told[0].endswith("in every run"):
-            return "It is the same in every run."
-        helpful = [f"of {row.parameter} narrows it by {row.narrowing}" for row in self.rows if row.helps]
-        useless = [row.parameter for row in self.rows if row.helps is False]
-        sentences = []
-        if helpful:
-            more = "".join(f", {text.replace(' narrows it', '')}" for text in helpful[1:3])
-            sentences.append(f"Halving the interval {helpful[0]}{more}.")
-        else:
-            sentences.append("No single tolerance is certain to narrow it.")
-        if useless:
-            sentences.append(f"Tightening {in_a_sentence(useless)} does not help.")
-        if self.scatter.value >= 0.1:
-            share = f"{100.0 * self.scatter.value:.0f} %"
-            sentences.append(f"{share} of its spread is scatter that no parameter explains.")
-        return " ".join(sentences)
 
     def _repr_html_(self) -> str:
         return html.fragment(

@@ -49,16 +49,6 @@ def nominal_factors(side: Interval, degree: int) -> Array:
     return factors
 
 
-def checked_threads(threads: int | None) -> int | None:
-    """A number of threads as a whole number; None stays None."""
-    if threads is None:
-        return None
-    checks = Checks()
-    threads = checks.whole("threads", threads, least=1, most=MOST_THREADS)
-    checks.finish()
-    return threads
-
-
 BoundKind = Literal["range", "eq31"]
 
 MOST_RANGE_DEGREE = 30
@@ -219,7 +209,11 @@ class Surrogate(records.ArrayRecord):
         ValueError
             If a degree is above 30 or a coefficient not finite.
         """
-        found = self._ranges(checked_threads(threads))
+        if threads is not None:
+            checks = Checks()
+            threads = checks.whole("threads", threads, least=1, most=MOST_THREADS)
+            checks.finish()
+        found = self._ranges(threads)
 
         def physical(points: Array) -> dict[str, Array]:
             # Clipped, since midpoint and half-width give the ends only to rounding.
