@@ -48,11 +48,12 @@ def _fewer_runs(result: StudyResult) -> list[Block]:
     rows: list[list[Cell]] = []
     for name, band in result.bands.items():
         values = result.values(name)
-        first, others = np.concatenate([values[:count], band.nominal[None]]), values[count:]
-        lower, upper = first.min(axis=0), first.max(axis=0)
         if name in halves:
             lower, upper = halves[name].lower, halves[name].upper
-        rows.append([name, *_compared(lower, upper, band, others)])
+        else:
+            first = np.concatenate([values[:count], band.nominal[None]])
+            lower, upper = first.min(axis=0), first.max(axis=0)
+        rows.append([name, *_compared(lower, upper, band, values[count:])])
     total = len(result.parameters)
     head = ["output", f"mean width, {count} runs", f"mean width, {total} runs", "change", "other runs inside"]
     caption = f"The first {count} runs alone, judged by the other {total - count}"
