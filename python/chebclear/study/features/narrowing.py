@@ -118,9 +118,9 @@ class _Scatter(NamedTuple):
     drawn: Rows
     """For the estimate, shape (points, draws), among the neighbors of a point or all runs."""
     weights: NDArray[np.float32]
-    """Logarithms of the weights of the runs in the resampled sets, shape (runs, replicates)."""
-    chances: NDArray[np.float32]
-    """Gumbel noise for these, shape (points, neighbors, replicates)."""
+    """Weights of the runs in the resampled sets, shape (runs, replicates)."""
+    waits: NDArray[np.float32]
+    """Exponential waiting times for these, shape (points, neighbors, replicates)."""
     anywhere: Rows | None
     """Runs from which that of a point is drawn, shape (points, neighbors); None if it must be one nearby."""
 
@@ -152,8 +152,8 @@ def _narrowed(model: Model, points: Array, nominal: Array, seed: int) -> tuple[A
     count = _POINTS if uneven else _TIMES * _POINTS
     scatter = _Scatter(
         drawn=random.integers(near if uneven else runs, size=(count, _DRAWS // count)),
-        weights=np.log(random.exponential(size=(runs, REPLICATES))).astype(np.float32),
-        chances=random.gumbel(size=(_POINTS, near, REPLICATES)).astype(np.float32),
+        weights=random.exponential(size=(runs, REPLICATES)).astype(np.float32),
+        waits=random.standard_exponential(size=(_POINTS, near, REPLICATES), dtype=np.float32),
         anywhere=None if uneven else random.integers(runs, size=(_POINTS, near)),
     )
     own_cycles = random.integers(model.left.shape[1], size=(count, _DRAWS // count))
@@ -185,8 +185,8 @@ def _narrowed(model: Model, points: Array, nominal: Array, seed: int) -> tuple[A
     def again_values(at: Array) -> Array:
         """Those of the resampled sets, shape (points, replicates)."""
         among = nearest(at) if scatter.anywhere is None else scatter.anywhere
-        # The largest of weight plus Gumbel noise is a draw by the weights.
-        weighted = np.argmax(scatter.chances + scatter.weights[among], axis=1)
+        # Who comes first, at rates that are the weights, is drawn by the weights.
+        weighted = np.argmin(scatter.waits / scatter.weights[among], axis=1)
         chosen = np.take_along_axis(among, weighted, axis=1)
         basis = legendre_terms(at, model.fit.powers)
         return np.asarray(basis @ again + left_at(at, chosen, cycles) * model.scale)
