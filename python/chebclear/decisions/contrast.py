@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 from zlib import crc32
 
 import numpy as np
@@ -23,6 +23,7 @@ from ..errors import ArgumentError, ArgumentTypeError
 from ..execution.failures import AllFailedError
 from ..report import html
 from ..report.document import Document, Items, Picture, Section, Table
+from ..run.continuation import changes
 from ..run.notices import Notice, issue
 from ..run.report import version_fact, warnings_section
 from ..scene.distributions import Distribution
@@ -444,7 +445,7 @@ def _changes(first: Runner, second: Runner) -> Iterator[str]:
             )
             for runner in (first, second)
         ]
-        found = list(_leaves(plain[0], plain[1], "scene"))
+        found = [f"{path}: {one} and {other}" for path, one, other in changes(plain[0], plain[1], "scene")]
         yield from found[:_MOST_NAMED]
         if len(found) > _MOST_NAMED:
             yield f"{len(found) - _MOST_NAMED} more numbers and names of the nominal scene"
@@ -454,17 +455,3 @@ def _side(side: Interval | Distribution | None) -> str:
     if isinstance(side, Interval):
         return f"{side.lower:.6g} to {side.upper:.6g}"
     return "not there" if side is None else repr(side)
-
-
-def _leaves(one: Any, other: Any, path: str) -> Iterator[str]:
-    """Where two nested records differ."""
-    if isinstance(one, dict) and isinstance(other, dict):
-        for key in dict.fromkeys([*one, *other]):
-            yield from _leaves(one.get(key), other.get(key), f"{path}.{key}")
-    elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
-        for index, (left, right) in enumerate(zip(one, other, strict=True)):
-            name = left.get("name") if isinstance(left, dict) else None
-            yield from _leaves(left, right, f"{path}.{name}" if name else f"{path}[{index}]")
-    elif one != other:
-        left, right = (f"{x:.6g}" if isinstance(x, float) else f"{x!r:.60}" for x in (one, other))
-        yield f"{path}: {left} and {right}"

@@ -154,21 +154,14 @@ class Arguments(Checks):
     def __init__(self) -> None:
         super().__init__(SceneError)
 
-    def positive(self, **arguments: object) -> None:
-        """Note the arguments that are no finite numbers above 0.
+    def positive(self, name: str, value: object) -> None:
+        """Note what is no finite number above 0.
 
         For what the core never sees, or sees only what a formula makes of it.
         """
-        for name, value in arguments.items():
-            # Nearly all are as they should be, and studies make thousands of scenes.
-            if type(value) is not float or not 0.0 < value < math.inf:
-                self.real(name, value, unit_of(name), above=0.0)
-
-    def numbers(self, **arguments: object) -> None:
-        """Note the arguments that are no numbers; the core judges what they are."""
-        for name, value in arguments.items():
-            if type(value) is not float:
-                self.number(name, value, unit_of(name))
+        # Nearly all are as they should be, and studies make thousands of scenes.
+        if type(value) is not float or not 0.0 < value < math.inf:
+            self.real(name, value, unit_of(name), above=0.0)
 
     def places(
         self,
@@ -203,9 +196,9 @@ class Arguments(Checks):
         known = [name for name in names if isinstance(name, str) and name in pins]
         if type(clearance) is float or not isinstance(clearance, Mapping):
             if known:
-                self.positive(clearance=clearance)
+                self.positive("clearance", clearance)
             else:
-                self.numbers(clearance=clearance)
+                self.number("clearance", clearance, "m")
             return {name: as_number(clearance) or 0.0 for name in known}
         given = dict(clearance)
         for name in known:
@@ -215,7 +208,7 @@ class Arguments(Checks):
             if name not in known:
                 self.add_at(f"clearance.{name}", f"has no place in clearance_at{did_you_mean(name, known)}")
             else:
-                self.positive(**{f"clearance.{name}": value})
+                self.positive(f"clearance.{name}", value)
         return {name: as_number(given.get(name)) or 0.0 for name in known}
 
 
@@ -284,15 +277,19 @@ def checked(
             known = [one for one in inspect.signature(mechanism).parameters if one != "options"]
             raise ArgumentTypeError(f'unknown keyword "{name}"{meant_or_known(name, known)}')
     arguments, pins, defaults = Arguments(), Pins(**given["options"]), mechanism.__kwdefaults__ or {}
-    arguments.positive(journal_radius=pins.journal_radius, young_modulus=pins.young_modulus)
-    arguments.numbers(poisson_ratio=pins.poisson_ratio, restitution=pins.restitution)
+    arguments.positive("journal_radius", pins.journal_radius)
+    arguments.positive("young_modulus", pins.young_modulus)
+    arguments.number("poisson_ratio", pins.poisson_ratio, "-")
+    arguments.number("restitution", pins.restitution, "-")
     for name, value in given.items():
         # Nearly all are as they should be, and studies make thousands of scenes.
         if type(value) is float and 0.0 < value < math.inf:
             continue
         if unit_of(name) and not (value is None and defaults[name] is None):
-            is_size = name in positive or name.endswith(("length", "distance"))
-            (arguments.positive if is_size else arguments.numbers)(**{name: value})
+            if name in positive or name.endswith(("length", "distance")):
+                arguments.positive(name, value)
+            else:  # the core judges what number it is
+                arguments.number(name, value, unit_of(name))
     return arguments, pins
 
 

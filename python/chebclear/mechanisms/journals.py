@@ -146,7 +146,7 @@ def free_journal(
     3
     """
     arguments, shared = checked(free_journal, locals(), "mass")
-    arguments.numbers(clearance=shared.clearance)
+    arguments.number("clearance", shared.clearance, "m")
     arguments.finish()
     play = Play({"bearing": as_number(shared.clearance) or 0.0}, shared)
     if inertia is None:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from ..base.writing import file_names, replaced, with_default_suffix
 from ..errors import ArgumentError
-from .document import Block, Document, Items, Listing, Moving, Picture, Section, Table, Text, Verdict
+from .document import Block, Document, Listing, Moving, Picture, Section, Verdict
 from .film import Film, player, player_style
 from .markup import element, templates_of
 from .pictures import embedded
@@ -27,14 +27,6 @@ if TYPE_CHECKING:
 else:
     _Path = type(Path())  # Python 3.11 derives only from the kind of path of its system
 
-_KINDS = {
-    Text: "text",
-    Items: "items",
-    Table: "table",
-    Picture: "picture",
-    Moving: "moving",
-    Listing: "listing",
-}
 # Plays every film of a page.
 _START = """
 for (const one of document.querySelectorAll(".player")) {
@@ -103,9 +95,9 @@ def fragment(title: str, blocks: Sequence[Block]) -> str:
 def _environment() -> Environment:
     """The templates of this room, and what they may call."""
     environment = templates_of("chebclear.report")
-    environment.filters.update(embedded=embedded, download=_download, kind=_kind, breakable=_breakable)
-    environment.filters["json"] = _json
-    environment.tests.update(verdict=_is_verdict)
+    environment.filters.update(embedded=embedded, download=_download, breakable=_breakable)
+    environment.filters["kind"] = lambda block: type(block).__name__
+    environment.tests["verdict"] = lambda cell: isinstance(cell, Verdict)
     return environment
 
 
@@ -138,12 +130,6 @@ def _download(listing: Listing) -> str:
     return f"data:text/plain;charset=utf-8;base64,{base64.b64encode(listing.text.encode()).decode()}"
 
 
-def _json(film: Film) -> Markup:
-    from markupsafe import Markup
-
-    return Markup(film.to_json())
-
-
 def _anchor(sections: list[Section], section: Section) -> str:
     """Address of a section within the page."""
     return f"section-{1 + sections.index(section)}"
@@ -154,11 +140,3 @@ def _breakable(name: str) -> Markup:
     from markupsafe import Markup, escape
 
     return Markup(re.sub(r"([._])(?=[^\W\d])", r"\1<wbr>", str(escape(name))))
-
-
-def _kind(block: Block) -> str:
-    return _KINDS[type(block)]
-
-
-def _is_verdict(cell: object) -> bool:
-    return isinstance(cell, Verdict)

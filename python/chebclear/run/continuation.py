@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..errors import Problem, StartError
 from ..scene.parts import joints_with_play, owner_of
 from ..scene.scene import Scene, Table, compiled
+from ..scene.schema import join
 from .notices import Notice
 from .settings import Settings
 from .trajectory import EndState
@@ -40,14 +41,14 @@ def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[Not
     for plain in (before, after):
         if not scene.couplings:  # where wheels are put together by the first start
             plain.pop("start", None)  # it does not matter for a continuation
-    changes = list(_changes("", before, after))
-    if not changes:
+    found = [f"{path}: {one}, now {other}" for path, one, other in changes(before, after)]
+    if not found:
         return ()
     _require_kinds(start.scene, scene)
     _require_whole(scene, start, settings)
-    named = "; ".join(changes[:_NAMED])
-    if len(changes) > _NAMED:
-        named += f"; and {len(changes) - _NAMED} more"
+    named = "; ".join(found[:_NAMED])
+    if len(found) > _NAMED:
+        named += f"; and {len(found) - _NAMED} more"
     warning = (
         f"the run continues with another scene than it ended with: {named}. Coordinates and velocities of "
         "the joints are kept, except those that drives prescribe; energy.balance has a step"
@@ -159,16 +160,17 @@ def _look(scene: Scene, start: EndState, settings: Settings, columns: list[str])
     return compiled(scene).simulate(short.to_json(), None, start.memory)
 
 
-def _changes(path: str, before: Any, after: Any) -> Iterator[str]:
-    """Differences of two scenes in JSON form, such as ``"drives[0].speed: 3.0, now 4.0"``."""
-    if isinstance(before, dict) and isinstance(after, dict):
-        for key in dict.fromkeys([*before, *after]):
-            yield from _changes(f"{path}.{key}" if path else key, before.get(key), after.get(key))
-    elif isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
-        for index, pair in enumerate(zip(before, after, strict=True)):
-            yield from _changes(f"{path}[{index}]", *pair)
-    elif before != after:
-        yield f"{path}: {_short(before)}, now {_short(after)}"
+def changes(one: Any, other: Any, path: str = "") -> Iterator[tuple[str, str, str]]:
+    """Where two scenes in JSON form differ and how, such as ``("drives.crank.speed", "3", "4")``."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        for key in dict.fromkeys([*one, *other]):
+            yield from changes(one.get(key), other.get(key), join(path, key))
+    elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
+        for index, (left, right) in enumerate(zip(one, other, strict=True)):
+            name = left.get("name") if isinstance(left, dict) else None
+            yield from changes(left, right, join(path, name) if name else f"{path}[{index}]")
+    elif one != other:
+        yield path, _short(one), _short(other)
 
 
 def _short(value: Any) -> str:

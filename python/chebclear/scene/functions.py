@@ -139,5 +139,4 @@ def names_of_motion(text: str) -> list[str] | None:
     return names if names and any(name == "time" or "." in name for name in names) else None
 
 
-TimeFunction: TypeAlias = Polynomial | Harmonic | Table
 Load: TypeAlias = Polynomial | Harmonic | Table | Expression | str

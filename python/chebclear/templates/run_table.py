@@ -7,26 +7,16 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..base.arguments import Checks, meant_or_known
-from ..base.units import is_quantity
+from ..base.units import is_quantity, units
 from ..errors import SceneError, is_plain
 from ..run.features import JOINT_KINDS, KINDS, Feature, meant_kind
-from ..run.settings import Settings, require_features
+from ..run.settings import RunOptions, Settings, require_features
 from ..scene.columns import column_unit
 from ..scene.scene import Inspection
 from ..study.requirements.specification import Specification, require
 from .values import Values
 
-UNITS = {
-    "duration": "s",
-    "samples": "-",
-    "skip": "s",
-    "rtol": "-",
-    "position_tolerance": "m",
-    "velocity_tolerance": "m/s",
-    "max_steps": "-",
-    "max_events": "-",
-    "cycles": "-",
-}
+UNITS = {name: units(Settings).get(name, "-") for name in RunOptions.__annotations__ if name != "method"}
 """Numbers of the table ``run``, with their units."""
 _WHOLE = ("samples", "max_steps", "max_events", "cycles")
 # Stand for what a file may leave to the caller, so that the rest can be judged.
