@@ -72,7 +72,7 @@ pub(super) fn check_couplings(dynamics: &Dynamics, length: f64) -> Result<(), In
         let columns = dynamics.gap_columns([closure.a, closure.b]);
         rows.extend([0, 1].map(|axis| row(&columns.iter().map(|by| by[axis]).collect::<Vec<f64>>(), unit)));
     }
-    for (coupling, _) in tree.all_couplings() {
+    for (place, (coupling, _)) in tree.all_couplings().enumerate() {
         let refuse = |field: &str, message: &str| {
             let about = format!("coupling {:?} {message}", coupling.name);
             Err(Subject::Scene.error(format!("couplings[{}]{field}", coupling.index), about))
@@ -85,6 +85,10 @@ pub(super) fn check_couplings(dynamics: &Dynamics, length: f64) -> Result<(), In
                     "has a coordinate that never changes: joints hold the two bodies together",
                 );
             }
+        }
+        if place >= tree.couplings.len() {
+            // With backlash it ties nothing.
+            continue;
         }
         let own = dynamics.coupling_columns(coupling);
         // What drives prescribe counts as movable here: they may move a coupling from either side.

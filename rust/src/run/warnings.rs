@@ -65,6 +65,7 @@ pub(crate) fn of_run(
         if *deepest > DEEP * joint.law.size() {
             let of_what = match joint.law.surfaces {
                 Surfaces::Bearing { .. } => "the journal radius",
+                Surfaces::Face(_) if joint.backlash.is_some() => "the pitch radius",
                 Surfaces::Face(_) => "the size of what touches the face",
             };
             let what = format!(

@@ -20,6 +20,9 @@ use crate::scene::reader::normal_law;
 /// Relative error of a period or an advance that is a whole part of a turn: numbers are typed with ten digits.
 const TYPED: f64 = 1e-9;
 
+/// Implausible backlash [m]: that of teeth is a few hundredths of their module.
+const WIDE: f64 = 5e-3;
+
 /// One coordinate is a function of another, whatever the forces: driven = law(driver) + offset.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coupling {
@@ -282,19 +285,23 @@ impl Coupling {
         }
     }
 
-    /// Warns of a pitch radius that looks as if it were in millimeters.
-    pub(super) fn implausible(&self, scene: &Scene, longest: f64) -> Option<String> {
-        match (self.coordinates(scene), &self.law) {
-            ([Ok(Coupled::Displacement(_)), Ok(Coupled::Angle(_))], CouplingLaw::Ratio(radius))
-                if radius.abs() > longest =>
-            {
-                let in_meters = radius / 1e3;
-                Some(format!(
-                    "a pitch radius of {radius} m: lengths are in meters, {radius} mm are {in_meters}"
-                ))
-            }
-            _ => None,
+    /// The fields whose lengths look as if they were in millimeters, each with a warning.
+    pub(super) fn implausible(&self, scene: &Scene, longest: f64) -> Vec<(&'static str, String)> {
+        let mut lengths = Vec::new();
+        if let ([Ok(Coupled::Displacement(_)), Ok(Coupled::Angle(_))], CouplingLaw::Ratio(radius)) =
+            (self.coordinates(scene), &self.law)
+        {
+            lengths.push(("law", "pitch radius", radius.abs(), longest));
         }
+        lengths.extend(self.backlash.map(|backlash| ("backlash", "backlash", backlash.play, WIDE)));
+        let long = lengths.into_iter().filter(|(_, _, length, most)| length > most);
+        long.map(|(field, what, length, _)| {
+            (
+                field,
+                format!("a {what} of {length} m: lengths are in meters, {length} mm are {}", length / 1e3),
+            )
+        })
+        .collect()
     }
 }
 

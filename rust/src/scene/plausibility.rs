@@ -43,8 +43,9 @@ impl Scene {
         self.warn_of_joints(&mut warnings);
         self.warn_of_angles(&mut warnings);
         for (index, coupling) in self.couplings.iter().enumerate() {
-            let found = coupling.implausible(self, LONG);
-            warnings.extend(found.map(|message| Problem::new(format!("couplings[{index}].law"), message)));
+            let found = coupling.implausible(self, LONG).into_iter();
+            let path = |field| format!("couplings[{index}].{field}");
+            warnings.extend(found.map(|(field, message)| Problem::new(path(field), message)));
         }
         for (index, force) in self.forces.iter().enumerate() {
             if let Force::Gravity { acceleration: [x, y] } = force

@@ -52,6 +52,9 @@ impl Tree {
         let radial = arm / radius;
         // Teeth are pushed towards the center of their wheel, but those of a ring outwards.
         let outward = if *ratio > 0.0 && *ratio < 1.0 { 1.0 } else { -1.0 };
+        // The force on the driver is that on the driven wheel, reversed.
+        let of_driver = first.cut.into_iter().map(|(closure, factor)| (closure, -factor));
+        let cut = of_driver.chain(second.cut).collect();
         Ok(Mesh {
             pitch_point: FramePoint { frame: carrier, offset: pitch_point },
             bodies: [driver.bodies[1], driven.bodies[1]],
@@ -59,7 +62,7 @@ impl Tree {
             lever: radius,
             tangent: perp(radial),
             separating: outward * pressure_angle.tan() * radial,
-            cut: both(first, second),
+            cut,
         })
     }
 
@@ -152,8 +155,3 @@ impl Tree {
 const NO_AXLE: &str = "needs wheels whose centers keep their distance: revolute joints must hold both to the body against \
                        which their angles count (a joint with clearance lets them move; leave it out then, and torques act \
                        alone)";
-
-/// The closures of both wheels: the force on the driver is that on the driven one, reversed.
-fn both(driver: Axle, driven: Axle) -> Vec<(usize, f64)> {
-    driver.cut.into_iter().map(|(closure, factor)| (closure, -factor)).chain(driven.cut).collect()
-}
