@@ -1,6 +1,7 @@
 """Scenes drawn at random up to extreme values of all settings, and how each of them ends; see README.md.
 
-python benchmarks/extremes.py [--scenes N] [--first I] [--seed S] [--read CSV] [--csv FILE] [--map PNG]
+python benchmarks/extremes.py [--elements] [--scenes N] [--first I] [--seed S]
+                              [--read CSV] [--csv FILE] [--map PNG]
 """
 
 from __future__ import annotations
@@ -19,16 +20,20 @@ from typing import Any
 
 import chebclear as cc
 import numpy as np
+from loads import GUIDED, guided
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
 SEED = 2026
-MAX_STEPS = 100_000
+MAX_STEPS, MAX_STEPS_OF_ELEMENTS = 100_000, 20_000
 LONGEST_SCENE = 120.0  # wall time after which a scene counts as hanging and the process is ended [s]
 SAMPLES = 201
 ENERGIES = ("kinetic", "potential", "contact", "input", "impact_loss", "friction_loss")
 FAMILIES = ("driven", "held", "pendulum", "chain")
+# Guides, pins in slots, stops and the paper's mechanism with what a dry joint does not have.
+ELEMENTS = (*GUIDED, "sticking", "oiled", "coupled")
+PASSIVE = ("held", "pendulum", "chain", "block", "stops")
 METHODS = ("auto", "rodas5p", "rodas4", "dop853")
 STARTS = ("anywhere", "inner", "outer", "contact")  # at the dead centers of the crank, or in contact
 GRAVITY = 9.81
@@ -76,15 +81,21 @@ class Case:
     def scene(self) -> cc.Scene:
         """The scene of this case."""
         families = {"driven": _slider_crank, "held": _slider_crank, "pendulum": _pendulum, "chain": _chain}
+        families |= dict.fromkeys(GUIDED, _guided) | dict.fromkeys(ELEMENTS[len(GUIDED) :], _slider_crank)
         return _started(self, families[self.family](self))
+
+    @property
+    def max_steps(self) -> int:
+        """The steps that it may take [-]."""
+        return MAX_STEPS_OF_ELEMENTS if self.family in ELEMENTS else MAX_STEPS
 
     @property
     def passive(self) -> bool:
         """Whether nothing does work on the scene; as printed, friction of Eq. (5) can."""
-        return self.family != "driven" and self.convention == "corrected"
+        return self.family in PASSIVE and self.convention == "corrected"
 
 
-def draw(index: int, seed: int = SEED) -> Case:
+def draw(index: int, seed: int = SEED, elements: bool = False) -> Case:
     """The case of an index: each has its own generator, so any part of the grid can be drawn alone."""
     random = np.random.default_rng([seed, index])
 
@@ -95,13 +106,17 @@ def draw(index: int, seed: int = SEED) -> Case:
         """One of the ends of a range instead of a value within, every eighth time."""
         return float(random.choice(ends)) if random.random() < 0.125 else value
 
-    family = str(random.choice(FAMILIES, p=(0.55, 0.15, 0.2, 0.1)))
+    family = str(
+        random.choice(ELEMENTS if elements else FAMILIES, p=None if elements else (0.55, 0.15, 0.2, 0.1))
+    )
     method = str(random.choice(METHODS, p=(0.4, 0.25, 0.15, 0.2)))
     speed = end(decades(1.0, 2e4), 1.0, 2e4)
     revolutions = end(decades(2.0, 200.0), 2.0, 200.0)
     tiny = random.random() < 0.03
     # A free fall has no revolutions: it is given as many swings of the 0.12 m rod.
     period = 60.0 / speed if family == "driven" else 2.0 * math.pi * math.sqrt(0.12 / GRAVITY)
+    if elements:
+        period = 60.0 / speed
     duration = decades(1e-15, 1e-6) if tiny else revolutions * period
     return Case(
         index=index,
@@ -136,7 +151,7 @@ def _angle(case: Case) -> float:
 
 def _started(case: Case, scene: cc.Scene) -> cc.Scene:
     """The scene, with its journals pressed into their bearings if the case starts in contact."""
-    if case.start != "contact":
+    if case.start != "contact" or case.family in GUIDED:
         return scene
     random = np.random.default_rng([SEED, case.index, 2])
     starts = []
@@ -175,7 +190,7 @@ def _joint(case: Case, name: str, bearing: str, journal: str, journal_radius: fl
 
 def _slider_crank(case: Case) -> cc.Scene:
     """The paper's mechanism, driven; or held by a drive at rest, so that rod and slider fall."""
-    driven = case.family == "driven"
+    driven = case.family not in PASSIVE
     scene = cc.mechanisms.slider_crank(
         clearance=case.clearance,
         crank_speed=cc.rpm(case.speed_rpm) if driven else 0.0,
@@ -190,6 +205,55 @@ def _slider_crank(case: Case) -> cc.Scene:
         _joint(case, "wrist", "rod.C", "slider.C", 9.8e-3) if joint.name == "wrist" else joint
         for joint in scene.joints
     ]
+    scene = dataclasses.replace(scene, joints=joints)
+    return _with_element(case, scene) if case.family in ELEMENTS else scene
+
+
+def _with_element(case: Case, scene: cc.Scene) -> cc.Scene:
+    """With a wrist that sticks, with one that is oiled, or with a motor that drives the crank by gears."""
+    if case.family == "coupled":
+        (drive,) = scene.drives
+        ratio = 10.0 ** np.random.default_rng([SEED, case.index, 3]).uniform(-2.0, 2.0)
+        motor = dataclasses.replace(drive, joint="bearing of the motor", speed=drive.speed / ratio, angle=0.0)
+        return dataclasses.replace(
+            scene,
+            bodies=[*scene.bodies, cc.Body("motor", 1.0, 1e-3)],
+            joints=[*scene.joints, cc.Revolute("bearing of the motor", "ground", "motor")],
+            drives=[motor],
+            couplings=[cc.motions.Coupling("gears", "crank.angle", "motor.angle", ratio)],
+        )
+    sticks = cc.laws.StickSlip(case.friction, 0.75 * case.friction, case.stick_velocity)
+    film = cc.laws.ShortBearing(case.stick_velocity, 0.01, 0.1 * case.clearance)
+    changes = {"friction": sticks, "sliding": "surface"} if case.family == "sticking" else {"film": film}
+    joints = [
+        dataclasses.replace(joint, **changes) if isinstance(joint, cc.ClearanceRevolute) else joint
+        for joint in scene.joints
+    ]
+    return dataclasses.replace(scene, joints=joints)
+
+
+def _guided(case: Case) -> cc.Scene:
+    """A mechanism with faces, every second time with ends; sticking every fourth time."""
+    random = np.random.default_rng([SEED, case.index, 4])
+    scene, _ = guided(random, case.family, 0.05 * cc.rpm(case.speed_rpm))
+    law = cc.laws.Flores if case.law == "flores" else cc.laws.ExactRestitution
+    friction = _friction(case)
+    if random.random() < 0.25:
+        friction = cc.laws.StickSlip(case.friction, 0.75 * case.friction, case.stick_velocity)
+    joints = []
+    for joint in scene.joints:
+        changes: dict[str, Any] = {}
+        if not isinstance(joint, cc.Revolute):
+            changes = {"contact": law(1e9 * case.stiffness_factor, case.restitution), "friction": friction}
+        if isinstance(joint, cc.ClearanceRevolute):
+            changes["sliding"] = "surface"
+        if isinstance(joint, cc.ClearanceRevolute | cc.ClearancePrismatic | cc.PinInSlot):
+            changes["clearance"] = case.clearance
+        rolls = not isinstance(joint, cc.ClearancePrismatic)
+        can_end = isinstance(friction, cc.laws.ModifiedCoulomb) and getattr(joint, "radius", 1.0) > 0.0
+        if hasattr(joint, "face_length") and random.random() < 0.5 and (can_end or not rolls):
+            changes["face_length"] = float(10.0 ** random.uniform(-1.3, 0.0))
+        joints.append(dataclasses.replace(joint, **changes))
     return dataclasses.replace(scene, joints=joints)
 
 
@@ -234,7 +298,7 @@ def energy_at_play(run: cc.Trajectory) -> float:
     given = run["energy.input"][reached]
     # The kinetic energy alone would miss all motion between coarse samples; and a tolerance of the position,
     # a part of the clearance, is an energy of its own where next to nothing moves.
-    clearance = max(joint.clearance for joint in run.scene.joints if isinstance(joint, cc.ClearanceRevolute))
+    clearance = max((getattr(joint, "clearance", 0.0) for joint in run.scene.joints), default=0.0)
     weight = GRAVITY * sum(body.mass for body in run.scene.bodies)
     scale = float(run["energy.kinetic"][reached].max(initial=0.0)) + weight * clearance
     scale += float(run["energy.contact"][0])
@@ -268,7 +332,7 @@ def simulate(case: Case, **changes: Any) -> cc.Trajectory:
         "rtol": case.rtol,
         "method": case.method,
         "outputs": ["*"],
-        "max_steps": MAX_STEPS,
+        "max_steps": case.max_steps,
         "on_failure": "return",
     }
     with warnings.catch_warnings():
@@ -290,7 +354,7 @@ def faults(case: Case, run: cc.Trajectory) -> list[str]:
             found.append("values after the failure")
         if run.message == "the end was reached":
             found.append("a failure without a message")
-    if run.stats.steps + run.stats.rejected > MAX_STEPS:
+    if run.stats.steps + run.stats.rejected > case.max_steps:
         found.append("more steps than allowed")
     # Two attempts at a relocation are usual; 20 and the last repetition at most.
     if run.stats.relocations > 21 * (run.stats.steps + 1):
@@ -324,11 +388,7 @@ def tighten(case: Case, run: cc.Trajectory) -> Peak | None:
     apart = np.diff(times)
     shortest = float(apart[apart > 0.0].min(initial=horizon))
     samples = int(np.clip(40.0 * horizon / shortest, 4001, 400_001))
-    outputs = [
-        f"{joint.name}.normal_force"
-        for joint in case.scene().joints
-        if isinstance(joint, cc.ClearanceRevolute)
-    ]
+    outputs = [f"{name}.normal_force" for name in case.scene().check().clearance_joints]
     curves = []
     for factor in (1.0, 0.1, 0.01):
         again = simulate(
@@ -337,7 +397,6 @@ def tighten(case: Case, run: cc.Trajectory) -> Peak | None:
             samples=samples,
             rtol=factor * case.rtol,
             outputs=outputs,
-            max_steps=100_000,
         )
         if not again.success:
             return None
@@ -360,6 +419,8 @@ def tighten(case: Case, run: cc.Trajectory) -> Peak | None:
 
 def cost_model(case: Case, run: cc.Trajectory) -> float:
     """Oscillations of a contact under the load that the motion needs, over the whole duration [-]."""
+    if case.family in ELEMENTS:
+        return math.nan
     driven = case.family == "driven"
     radius, length = 9.8e-3, 0.05 if driven else 0.12
     slider, rod = 0.2 * math.sqrt(case.mass_ratio), 0.2 / math.sqrt(case.mass_ratio)
@@ -491,9 +552,11 @@ def summary(rows: list[dict[str, str]]) -> str:
         f"| scene, method | {' | '.join(statuses)} | attempts per oscillation: median, 90 % |",
         "|---|" + "---|" * (len(statuses) + 1),
     ]
-    for family in FAMILIES:
+    for family in (*FAMILIES, *ELEMENTS):
         for method in METHODS:
             chosen = [row for row in rows if (row["family"], row["method"]) == (family, method)]
+            if not chosen:
+                continue
             counts = Counter(row["status"] for row in chosen)
             spent = [
                 (int(row["steps"]) + int(row["rejected"]))
@@ -522,12 +585,12 @@ def summary(rows: list[dict[str, str]]) -> str:
     return "\n".join(lines)
 
 
-def survey(first: int, count: int, seed: int) -> list[dict[str, str]]:
+def survey(first: int, count: int, seed: int, elements: bool) -> list[dict[str, str]]:
     """Measure a part of the grid; a scene that hangs ends the process with a traceback."""
     rows = []
     for index in range(first, first + count):
         faulthandler.dump_traceback_later(LONGEST_SCENE, exit=True)
-        rows.append(measure(draw(index, seed)))
+        rows.append(measure(draw(index, seed, elements)))
         faulthandler.cancel_dump_traceback_later()
         if rows[-1]["faults"]:
             print(", ".join(f"{name} {value}" for name, value in rows[-1].items() if value), flush=True)
@@ -537,6 +600,9 @@ def survey(first: int, count: int, seed: int) -> list[dict[str, str]]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scenes", type=int, default=2000)
+    parser.add_argument(
+        "--elements", action="store_true", help="guides, slots, stops, sticking, films, couplings"
+    )
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--csv", type=Path, help="where to write the scenes")
@@ -548,7 +614,7 @@ def main() -> None:
             rows = list(csv.DictReader(file))
     else:
         begin = time.perf_counter()
-        rows = survey(options.first, options.scenes, options.seed)
+        rows = survey(options.first, options.scenes, options.seed, options.elements)
         print(f"{len(rows)} scenes in {time.perf_counter() - begin:.0f} s")
     if options.csv:
         with options.csv.open("w", newline="", encoding="utf-8") as file:

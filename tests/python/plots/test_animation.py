@@ -13,8 +13,10 @@ import numpy as np
 import pytest
 from chebclear.plots.animation import animate as module
 from chebclear.plots.animation.film import GAP, arrows
-from chebclear.plots.animation.motion import motion_of, moved
+from chebclear.plots.animation.motion import motion_of, moved, moving_mechanism
+from chebclear.plots.drawing.pen import strokes_of
 from chebclear.plots.drawing.pose import Pose, simulated_poses
+from chebclear.plots.drawing.strokes import Enlarged
 from PIL import Image
 
 
@@ -75,6 +77,39 @@ def test_every_stroke_goes_with_what_it_belongs_to(run, motion):
         # A force given on ground's axes follows its point without turning.
         follows = motion.transforms["ram.tool", "ram.tool"][number]
         np.testing.assert_allclose(follows[:4], [1.0, 0.0, 0.0, 1.0])
+
+
+def test_enlarged_play_is_that_of_a_drawing_in_every_frame():
+    law = cc.laws.Hertz(1e9)
+    points = {"S": (0.0, 0.1), "G": (0.1, 0.0), "R": (-0.1, 0.0), "B": (0.0, -0.1)}
+    scene = cc.Scene(
+        [cc.Body("holder", 1.0, 1e-2, points=points), *(cc.Body(name, 0.1, 1e-4) for name in "gspj")],
+        [
+            cc.ClearancePrismatic("guide", "holder.G", "g", (1.0, 0.5), 0.04, 0.02, 1e-4, law),
+            cc.ClearancePrismatic(
+                "sleeve", "holder.R", "s", (0.0, 1.0), 0.04, 0.02, 1e-4, law, corners="a", face_length=0.3
+            ),
+            cc.PinInSlot("slot", "holder.S", "p", (1.0, 1.0), 0.01, 1e-4, law),
+            cc.ClearanceRevolute("bearing", "holder.B", "j", 0.01, 1e-4, law),
+        ],
+        [cc.Gravity((1.0, -9.81))],
+        start=[cc.BodyStart("holder", angle=0.3, angular_velocity=5.0)],
+    )
+    run = cc.simulate(scene, duration=0.05, samples=6)
+    poses = simulated_poses(run)
+    moving = moving_mechanism(scene, poses, 50.0)
+    for frame, pose in enumerate(poses):
+        drawn = [
+            one for one in strokes_of(Pose(scene, pose), 50.0).strokes if isinstance(one.owner, Enlarged)
+        ]
+        assert {stroke.owner.joint for stroke in drawn} == {"guide", "sleeve", "slot", "bearing"}
+        for stroke in drawn:
+            there = [
+                moved(moving.transforms[one.owner], one.points)[frame]
+                for one in moving.strokes
+                if (one.owner, one.layer) == (stroke.owner, stroke.layer)
+            ]
+            np.testing.assert_allclose(there, [stroke.points], rtol=0.0, atol=1e-14)
 
 
 def test_centers_of_mass_are_the_columns_of_the_run(run, motion):
@@ -208,7 +243,8 @@ def test_what_is_wrong_is_said(run, tmp_path):
     with pytest.raises(TypeError, match="run"):
         cc.animate(run.scene)
     with pytest.raises(ValueError, match=r'"wirst".*"wrist"') as caught:
-        cc.animate(run, joint="wirst", frames=1, start=-1.0)
+        cc.animate(run, joint="wirst", frames=1, start=-1.0, exaggerate=0.5)
+    assert "exaggerate must be" in str(caught.value)
     assert "frames must be" in str(caught.value) and "start must be" in str(caught.value)
     with pytest.raises(cc.errors.ArgumentError, match=r"spring\.force"):
         cc.animate(run, "spring.force")

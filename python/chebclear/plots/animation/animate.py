@@ -154,6 +154,7 @@ def animate(
     output: str | None = None,
     *,
     joint: str | None = None,
+    exaggerate: float = 1.0,
     start: float | None = None,
     end: float | None = None,
     frames: int = 120,
@@ -174,6 +175,9 @@ def animate(
         The output that is plotted; the normal force in the joint, or the first column, if not given.
     joint : str, optional
         The clearance joint to magnify; the first one if not given.
+    exaggerate : float
+        Factor by which play is drawn larger than it is in the mechanism [-]: gaps, offsets and tilts in
+        guides, eccentricities in bearings.
     start, end : float, optional
         Part of the run to show [s]; all of it if not given.
     frames : int
@@ -209,6 +213,7 @@ def animate(
     until = checks.real("end", last if end is None else end, "s", least=first, most=last)
     count = checks.whole("frames", frames, least=2, most=MOST_FRAMES)
     pace = checks.whole("rate", rate, least=1, most=MOST_RATE)
+    factor = checks.real("exaggerate", exaggerate, "-", least=1.0)
     loose = [each.name for each in run.scene.joints if isinstance(each, ClearanceRevolute)]
     if joint is not None and (not isinstance(joint, str) or joint not in loose):
         checks.add(f'unknown clearance joint "{joint}"{meant_or_known(str(joint), loose)}')
@@ -229,7 +234,7 @@ def animate(
     if len(samples) < 2:
         raise ArgumentError(f"fewer than two samples lie between start={since:g} and end={until:g} s")
     picked = np.unique(np.linspace(0, len(samples) - 1, count).round().astype(np.int64))
-    motion = motion_of(run, poses, samples, picked, chosen, shown)
+    motion = motion_of(run, poses, samples, picked, chosen, shown, factor)
     return Animation(motion, pace, (extent[0], extent[1]))
 
 

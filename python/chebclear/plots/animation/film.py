@@ -14,7 +14,7 @@ from ...report.film import Film, Panel, Shape, chart
 from ...scene.columns import column_unit, plain_words
 from ...scene.scene import Scene, Speed
 from ..drawing.pose import pose_columns, simulated_poses
-from ..drawing.strokes import Stroke
+from ..drawing.strokes import Enlarged, Stroke
 from .motion import LooseJoint, Motion, MovingMechanism, moving_mechanism
 
 if TYPE_CHECKING:
@@ -97,6 +97,8 @@ def run_film(motion: Motion, rate: int) -> Film:
         panels.append(_bearing(motion, motion.loose))
     charts = [chart(motion.output, motion.unit, x, motion.values)]
     places = instants(motion.scene, motion.t[frames])
+    if motion.exaggerate > 1.0:
+        places = [f"{place}, clearances drawn {motion.exaggerate:g} times larger" for place in places]
     return Film(words, label, x[frames], places, panels, charts, rate=rate, starts=True)
 
 
@@ -104,7 +106,7 @@ def _shape(stroke: Stroke, moves: int) -> Shape:
     from matplotlib.colors import to_hex
 
     face = stroke.face if stroke.face == "none" else to_hex(stroke.face)
-    owner = stroke.owner if isinstance(stroke.owner, str) else ""
+    owner = stroke.owner.body if isinstance(stroke.owner, Enlarged) else stroke.owner
     return Shape(
         stroke.kind,
         stroke.points,
@@ -114,7 +116,7 @@ def _shape(stroke: Stroke, moves: int) -> Shape:
         face,
         stroke.alpha,
         stroke.radius,
-        name=plain_words(owner),
+        name=plain_words(owner) if isinstance(owner, str) else "",
     )
 
 

@@ -12,9 +12,10 @@ from ...base.units import unit
 from ...scene.columns import column_unit
 from ...scene.parts import GROUND, ends_of, owner_of
 from ...scene.scene import ClearancePrismatic, ClearanceRevolute, PinInSlot, Prismatic, Scene
+from ..drawing.guides import place_in
 from ..drawing.pen import strokes_of
 from ..drawing.pose import Pose, colors_of
-from ..drawing.strokes import Owner, Stroke
+from ..drawing.strokes import Enlarged, Owner, Stroke
 from ..drawing.symbols import along
 
 if TYPE_CHECKING:
@@ -45,6 +46,8 @@ class MovingMechanism:
     """The mechanism."""
     strokes: tuple[Stroke, ...]
     """Its drawing in the first pose, from back to front."""
+    exaggerate: float
+    """Factor by which clearances are drawn larger than they are [-]."""
     transforms: dict[Owner, Array]
     """How each owner has moved since the first pose: ``(a, b, c, d, e, f)`` of x' = a x + c y + e and
     y' = b x + d y + f, shape (frames, 6)."""
@@ -94,11 +97,12 @@ def motion_of(
     frames: NDArray[np.int64],
     joint: str | None,
     output: str,
+    exaggerate: float = 1.0,
 ) -> Motion:
     """Some samples of a run, of which some are frames, with the clearance joint and the output that are
     shown.
     """
-    moving = moving_mechanism(run.scene, poses[samples[frames]])
+    moving = moving_mechanism(run.scene, poses[samples[frames]], exaggerate)
     return Motion(
         **vars(moving),
         t=run.t[samples],
@@ -116,11 +120,13 @@ def moving_mechanism(scene: Scene, poses: Array, exaggerate: float = 1.0) -> Mov
         strokes_of(moments[0], exaggerate, _travels(moments)).strokes, key=lambda stroke: stroke.layer
     )
     owners = dict.fromkeys(stroke.owner for stroke in strokes)
-    transforms = {owner: np.array([_since(moments[0], pose, owner) for pose in moments]) for owner in owners}
-    return MovingMechanism(scene, tuple(strokes), transforms)
+    transforms = {
+        owner: np.array([_since(moments[0], pose, owner, exaggerate) for pose in moments]) for owner in owners
+    }
+    return MovingMechanism(scene, tuple(strokes), exaggerate, transforms)
 
 
-def _since(first: Pose, pose: Pose, owner: Owner) -> Array:
+def _since(first: Pose, pose: Pose, owner: Owner, exaggerate: float) -> Array:
     """The transform of an owner between two poses."""
     if owner == GROUND:
         return np.array([1.0, 0.0, 0.0, 1.0, 0.0, 0.0])
@@ -130,6 +136,12 @@ def _since(first: Pose, pose: Pose, owner: Owner) -> Array:
         sine, cosine = np.sin(turn), np.cos(turn)
         matrix = np.array([[cosine, sine], [-sine, cosine]])
         return _about(np.array(start[:2]), np.array(end[:2]), matrix)
+    if isinstance(owner, Enlarged):
+        joint = next(one for one in pose.scene.joints if one.name == owner.joint)
+        assert isinstance(joint, ClearanceRevolute | ClearancePrismatic | PinInSlot)
+        (old, way), (new, new_way) = (place_in(each, joint, exaggerate) for each in (first, pose))
+        cosine, sine = way @ new_way, way[0] * new_way[1] - way[1] * new_way[0]
+        return _about(old, new, np.array([[cosine, sine], [-sine, cosine]]))
     before, after = (np.array([each.at(end) for end in owner]) for each in (first, pose))
     matrix = np.eye(2)
     if owner[0] != owner[1]:

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene.parts import GROUND, owner_of
-from ...scene.scene import ClearancePrismatic, PinInSlot, Stop
+from ...scene.parts import GROUND, ends_of, owner_of
+from ...scene.scene import ClearancePrismatic, ClearanceRevolute, PinInSlot, Stop
 from .pose import Pose
+from .strokes import Enlarged, Owner
 
 if TYPE_CHECKING:
     from .pen import Pen
@@ -28,6 +29,29 @@ def half_size(joint: ClearancePrismatic | PinInSlot | Stop) -> tuple[float, floa
         return 0.5 * joint.length, 0.5 * joint.height
     radius = joint.pin_radius if isinstance(joint, PinInSlot) else joint.radius
     return radius, radius
+
+
+def place_in(
+    pose: Pose, joint: ClearanceRevolute | ClearancePrismatic | PinInSlot, exaggerate: float
+) -> tuple[Array, Array]:
+    """Where a journal, a pin, or a block in its guide is drawn with its play enlarged, and its direction."""
+    holder, held = ends_of(joint)
+    start, place = pose.at(holder), pose.at(held)
+    if isinstance(joint, ClearanceRevolute):
+        return start + exaggerate * (place - start), pose.direction((1.0, 0.0), owner_of(held))
+    way = pose.direction(joint.axis, owner_of(holder))
+    across = np.array([-way[1], way[0]])
+    center = place + (exaggerate - 1.0) * float((place - start) @ across) * across
+    if isinstance(joint, PinInSlot):
+        return center, pose.direction((1.0, 0.0), owner_of(held))
+    tilt = _tilt(pose, owner_of(holder), owner_of(held), joint.angle)
+    return center, _turned(way, exaggerate, tilt)
+
+
+def part_in(pen: Pen, joint: ClearanceRevolute | ClearancePrismatic | PinInSlot) -> Owner:
+    """What that moves with."""
+    body = owner_of(ends_of(joint)[1])
+    return body if pen.exaggerate == 1.0 else Enlarged(body, joint.name)
 
 
 def draw_guide(pen: Pen, joint: ClearancePrismatic | PinInSlot | Stop, travel: tuple[float, float]) -> None:
@@ -49,7 +73,7 @@ def _between_faces(
     way = pose.direction(joint.axis, owner_of(rail))
     across = np.array([-way[1], way[0]])
     start = pose.at(rail)
-    along, off = (float((pose.at(moving) - start) @ one) for one in (way, across))
+    along = float((pose.at(moving) - start) @ way)
     half_length, half_height = half_size(joint)
     reach = (1.0 + _BEYOND) * half_length
     low, high = along + travel[0] - reach, along + travel[1] + reach
@@ -59,13 +83,12 @@ def _between_faces(
     for side in (-1.0, 1.0):
         ends = [start + place * way + side * gap * across for place in (low, high)]
         _face(pen, owner_of(rail), *(ends if side < 0.0 else ends[::-1]))
-    center = start + along * way + pen.exaggerate * off * across
+    center, turned = place_in(pose, joint, pen.exaggerate)
     color = pose.colors[owner_of(moving)]
     if isinstance(joint, PinInSlot):
-        pen.disc(center, half_height, owner_of(moving), color, color, 5, alpha=0.75)
+        pen.disc(center, half_height, part_in(pen, joint), color, color, 5, alpha=0.75)
         return
-    tilt = _tilt(pose, owner_of(rail), owner_of(moving), joint.angle)
-    _block(pen, owner_of(moving), center, _turned(way, pen, tilt), half_length, (-half_height, half_height))
+    _block(pen, part_in(pen, joint), color, center, turned, half_length, (-half_height, half_height))
 
 
 def _sleeve(pen: Pen, joint: ClearancePrismatic, travel: tuple[float, float]) -> None:
@@ -73,20 +96,20 @@ def _sleeve(pen: Pen, joint: ClearancePrismatic, travel: tuple[float, float]) ->
     pose = pen.pose
     sleeve, rod = owner_of(joint.a), owner_of(joint.b)
     way = pose.direction(joint.axis, sleeve)
-    across = np.array([-way[1], way[0]])
     start = pose.at(joint.a)
-    along, off = (float((pose.at(joint.b) - start) @ one) for one in (way, across))
+    along = float((pose.at(joint.b) - start) @ way)
     half_length, half_height = half_size(joint)
     gap = half_height + pen.exaggerate * joint.clearance
     for side in (-1.0, 1.0):
         inner, outer = side * gap, side * (gap + 0.6 * half_height)
-        _block(pen, sleeve, start, way, half_length, (inner, outer))
+        _block(pen, sleeve, pose.colors[sleeve], start, way, half_length, (inner, outer))
     reach = max(2.0 * half_length, abs(along) + half_length, *(abs(one) + half_length for one in travel))
-    center = start + pen.exaggerate * off * across
-    if joint.face_length is not None:
-        center, reach = center + along * way, 0.5 * joint.face_length
-    tilt = _tilt(pose, sleeve, rod, joint.angle)
-    _block(pen, rod, center, _turned(way, pen, tilt), reach, (-half_height, half_height))
+    center, turned = place_in(pose, joint, pen.exaggerate)
+    if joint.face_length is None:
+        center = center - along * way
+    else:
+        reach = 0.5 * joint.face_length
+    _block(pen, part_in(pen, joint), pose.colors[rod], center, turned, reach, (-half_height, half_height))
 
 
 def _stop(pen: Pen, joint: Stop) -> None:
@@ -112,13 +135,19 @@ def _face(pen: Pen, owner: str, start: Array, end: Array, *, reverse: bool = Fal
 
 
 def _block(
-    pen: Pen, owner: str, center: Array, way: Array, half_length: float, between: tuple[float, float]
+    pen: Pen,
+    owner: Owner,
+    color: str,
+    center: Array,
+    way: Array,
+    half_length: float,
+    between: tuple[float, float],
 ) -> None:
     across = np.array([-way[1], way[0]])
     low, high = between
     places = ((-half_length, low), (half_length, low), (half_length, high), (-half_length, high))
     corners = np.array([center + x * way + y * across for x, y in places])
-    pen.area(corners, owner, pen.pose.colors[owner], 1.5, alpha=0.45)
+    pen.area(corners, owner, color, 1.5, alpha=0.45)
 
 
 def _tilt(pose: Pose, first: str, second: str, angle: float) -> float:
@@ -127,9 +156,9 @@ def _tilt(pose: Pose, first: str, second: str, angle: float) -> float:
     return float((turned[1] - turned[0] - angle + np.pi) % (2.0 * np.pi) - np.pi)
 
 
-def _turned(way: Array, pen: Pen, tilt: float) -> Array:
-    shown = float(np.clip(pen.exaggerate * tilt, -_MOST_TILT, _MOST_TILT))
-    if pen.exaggerate == 1.0:
+def _turned(way: Array, exaggerate: float, tilt: float) -> Array:
+    shown = float(np.clip(exaggerate * tilt, -_MOST_TILT, _MOST_TILT))
+    if exaggerate == 1.0:
         shown = tilt
     sine, cosine = np.sin(shown), np.cos(shown)
     return np.array([cosine * way[0] - sine * way[1], sine * way[0] + cosine * way[1]])

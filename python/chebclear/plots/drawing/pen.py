@@ -28,7 +28,7 @@ from ...scene.scene import (
     TorsionDamper,
     TorsionSpring,
 )
-from .guides import draw_guide, half_size
+from .guides import draw_guide, half_size, part_in, place_in
 from .plane import Clutter, hull
 from .pose import GROUND_COLOR, Pose
 from .strokes import Owner, Stroke
@@ -181,13 +181,14 @@ class Pen:
         return max(length, 1.8 * max(held)), max(width, 1.5 * max(held))
 
     def _clearance(self, joint: ClearanceRevolute) -> None:
-        bearing, journal = (self.pose.at(end) for end in ends_of(joint))
+        bearing = self.pose.at(joint.bearing)
         holder, turner = map(owner_of, ends_of(joint))
         outer, inner = self.pose.colors[holder], self.pose.colors[turner]
         self.disc(bearing, self._radius(joint), holder, "white", outer, 4, width=1.6)
-        shown = bearing + self.exaggerate * (journal - bearing)
-        self.disc(shown, joint.journal_radius, turner, inner, inner, 5, alpha=0.75)
-        self.disc(shown, 0.1 * joint.journal_radius, turner, "white", "white", 7)
+        shown, _ = place_in(self.pose, joint, self.exaggerate)
+        part = part_in(self, joint)
+        self.disc(shown, joint.journal_radius, part, inner, inner, 5, alpha=0.75)
+        self.disc(shown, 0.1 * joint.journal_radius, part, "white", "white", 7)
 
     def _guide(self, joint: Prismatic) -> None:
         """Rail on body a along the axis, and a block on body b."""

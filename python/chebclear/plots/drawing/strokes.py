@@ -18,9 +18,18 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-Owner = str | tuple[str, str]
-"""What a stroke moves with: a body or ground; the line between two points, with which it is stretched; or a
-point given twice, which it follows without turning."""
+
+@dataclass(frozen=True)
+class Enlarged:
+    """The part of a body in a joint whose play is drawn larger than it is."""
+
+    body: str
+    joint: str
+
+
+Owner = str | tuple[str, str] | Enlarged
+"""What a stroke moves with: a body or ground; the line between two points, with which it is stretched; a
+point given twice, which it follows without turning; or a part in enlarged play."""
 
 
 @dataclass(frozen=True)
