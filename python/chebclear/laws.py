@@ -1,13 +1,15 @@
-"""Contact laws, friction laws and oil films of clearance joints."""
+"""Contact laws, friction laws and oil films of clearance joints, and friction of ideal ones."""
 
 from .mechanisms import hertz_stiffness as hertz_stiffness
 from .scene.scene import (
     ExactRestitution as ExactRestitution,
     FiniteBearing as FiniteBearing,
     Flores as Flores,
+    GuideFriction as GuideFriction,
     Hertz as Hertz,
     HuntCrossley as HuntCrossley,
     Impact as Impact,
+    JournalFriction as JournalFriction,
     KelvinVoigt as KelvinVoigt,
     LankaraniNikravesh as LankaraniNikravesh,
     ModifiedCoulomb as ModifiedCoulomb,

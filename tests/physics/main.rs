@@ -32,7 +32,8 @@ mod dynamics {
     mod expressions;
     mod films;
     pub(crate) mod guides;
-    mod loops;
+    mod joint_friction;
+    pub(crate) mod loops;
     mod mechanics;
     pub(crate) mod random_trees;
     mod sticking;

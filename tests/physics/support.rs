@@ -26,7 +26,7 @@ pub fn body(name: &str, mass: f64, inertia: f64, center_of_mass: [f64; 2], point
 
 /// An ideal joint.
 pub fn ideal(name: &str, a: &str, b: &str, kind: JointKind) -> Joint {
-    Joint::Ideal { name: name.to_owned(), a: a.to_owned(), b: b.to_owned(), kind }
+    Joint::Ideal { name: name.to_owned(), a: a.to_owned(), b: b.to_owned(), kind, friction: None }
 }
 
 /// A revolute joint with clearance and the sliding velocity of the surfaces.

@@ -22,6 +22,8 @@ _COLUMNS = {
     "normal_force": ("N", "normal force in"),
     "friction_force": ("N", "friction force in"),
     "contact": ("-", "contact in"),
+    "friction_torque": ("N m", "friction torque in"),
+    "friction_power": ("W", "friction power in"),
     "sticking": ("-", "sticking in"),
     "point_x": ("m", "x position of the contact in"),
     "point_y": ("m", "y position of the contact in"),

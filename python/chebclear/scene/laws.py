@@ -1,4 +1,4 @@
-"""Contact and friction laws of clearance joints."""
+"""Contact and friction laws of clearance joints, and the friction of ideal ones."""
 
 from __future__ import annotations
 
@@ -310,6 +310,54 @@ class FiniteBearing(ShortBearing):
     """
 
     _tag = ("law", "finite_bearing")
+
+
+@dataclass(frozen=True)
+class JournalFriction(Part):
+    """Dry friction in a pin joint without clearance: a torque of up to μ' r |R| from its reaction R.
+
+    μ' = μ / √(1 + μ²) is the limit of a bearing of vanishing clearance, where |R| is the resultant of normal
+    force and friction. The joint sticks below that torque and slides at it; events name where it begins to
+    (``"stick"``, ``"slip"``). It does not creep: what sticks moves by less than the tolerance of the run.
+    Reaction and friction are solved for together; where they have two solutions or none, a journal larger
+    than the arm of its load, the run ends as ``"friction_indeterminate"``. Source: the limit of
+    `ClearanceRevolute` with Coulomb friction.
+
+    Parameters
+    ----------
+    coefficient : float
+        Coefficient of friction μ [-], at least 0.
+    journal_radius : float
+        Radius r of the journal [m].
+    """
+
+    _tag = ("law", "journal_friction")
+
+    coefficient: float = field(metadata=unit("-"))
+    journal_radius: float = field(metadata=unit("m"))
+
+
+@dataclass(frozen=True)
+class GuideFriction(Part):
+    """Dry friction in a guide without clearance: a force of up to μ max(|N|, |P| / a) from its reaction.
+
+    N is the force across the guide, P the moment about point b, the middle of a block of length 2a, which
+    only its ends carry; friction acts along the line through it. Otherwise as `JournalFriction`: a block
+    that is pushed beyond a / μ beside this line locks, and one whose mass lies beyond a / μ jams
+    (``"friction_indeterminate"``). Source: the limit of `ClearancePrismatic` with Coulomb friction.
+
+    Parameters
+    ----------
+    coefficient : float
+        Coefficient of friction μ [-], at least 0.
+    half_length : float
+        Half the length a of the block [m].
+    """
+
+    _tag = ("law", "guide_friction")
+
+    coefficient: float = field(metadata=unit("-"))
+    half_length: float = field(metadata=unit("m"))
 
 
 CONTACT_LAWS = (LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley, KelvinVoigt, Impact, Hertz)

@@ -9,7 +9,17 @@ from typing import ClassVar, TypeAlias
 from ..base.shown import Shown
 from ..base.units import unit
 from .forces import Bushing, Damper, Force, Gravity, Spring, Torque, TorsionDamper, TorsionSpring
-from .laws import CONTACT_LAWS, FRICTION_LAWS, ContactLaw, Film, FiniteBearing, FrictionLaw, ShortBearing
+from .laws import (
+    CONTACT_LAWS,
+    FRICTION_LAWS,
+    ContactLaw,
+    Film,
+    FiniteBearing,
+    FrictionLaw,
+    GuideFriction,
+    JournalFriction,
+    ShortBearing,
+)
 from .motions import BodyStart, ClearanceStart, GuideStart, JointStart, Motion, Speed
 from .schema import Part, Points, Vector
 
@@ -56,13 +66,17 @@ class Revolute(Part):
         Name, unique in the scene.
     a, b : str
         The two points, as ``"body.point"``.
+    friction : JournalFriction, optional
+        Friction; without it the joint turns freely.
     """
 
     _tag = ("type", "revolute")
+    _choices: ClassVar = {"friction": (JournalFriction,)}
 
     name: str
     a: str
     b: str
+    friction: JournalFriction | None = None
 
 
 @dataclass(frozen=True)
@@ -79,15 +93,19 @@ class Prismatic(Part):
         Direction of the line in the frame of body a [-], of any length.
     angle : float
         Angle of body b relative to body a [rad].
+    friction : GuideFriction, optional
+        Friction; without it the body slides freely.
     """
 
     _tag = ("type", "prismatic")
+    _choices: ClassVar = {"friction": (GuideFriction,)}
 
     name: str
     a: str
     b: str
     axis: Vector = field(metadata=unit("-"))
     angle: float = field(default=0.0, metadata=unit("rad"))
+    friction: GuideFriction | None = None
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-//! Friction laws: sliding velocity in, friction coefficient out.
+//! Friction laws: sliding velocity in, friction coefficient out; for an ideal joint its reaction in, friction out.
 
 use crate::contact::sticking::StickSlip;
 use crate::numerics::dual::Scalar;
@@ -100,6 +100,53 @@ impl FrictionLaw {
             FrictionLaw::SmoothedCoulomb { velocity, .. } => 3.0 * velocity,
             // exp(-3) is 5 %.
             FrictionLaw::StickSlip(law) => 3.0_f64.sqrt() * law.stribeck_velocity,
+        }
+    }
+}
+
+/// Dry friction in an ideal joint, in proportion to its reaction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum JointFriction {
+    /// A torque μ' r |R| in a revolute joint. In a bearing of vanishing clearance |R| is the resultant of normal force and
+    /// friction, so that μ' = μ / √(1 + μ²).
+    Journal {
+        /// Friction coefficient μ [-].
+        coefficient: f64,
+        /// Journal radius r [m].
+        journal_radius: f64,
+    },
+    /// A force μ max(|N|, |P| / a) in a prismatic joint, with the force N across the guide and the moment P about the middle
+    /// of the block: the sum of what its ends carry, N/2 ± P/(2a).
+    Guide {
+        /// Friction coefficient μ [-].
+        coefficient: f64,
+        /// Half the length a of the block [m].
+        half_length: f64,
+    },
+}
+
+impl JointFriction {
+    /// The largest friction under a reaction [N m or N] and its derivatives. The reaction is a force in two components [N],
+    /// or the force across a guide [N] and its moment [N m].
+    ///
+    /// It is a norm of the reaction: that of a change bounds the change of friction.
+    pub fn limit(&self, [first, second]: [f64; 2]) -> (f64, [f64; 2]) {
+        match *self {
+            JointFriction::Journal { coefficient, journal_radius } => {
+                let factor = coefficient / coefficient.hypot(1.0) * journal_radius;
+                let size = first.hypot(second);
+                // At the tip of the cone any slope up to the factor would do.
+                let slope = if size > 0.0 { factor / size } else { 0.0 };
+                (factor * size, [slope * first, slope * second])
+            }
+            JointFriction::Guide { coefficient, half_length } => {
+                let (force, tilt) = (coefficient * first, coefficient / half_length * second);
+                if force.abs() >= tilt.abs() {
+                    (force.abs(), [coefficient * first.signum(), 0.0])
+                } else {
+                    (tilt.abs(), [0.0, coefficient / half_length * second.signum()])
+                }
+            }
         }
     }
 }

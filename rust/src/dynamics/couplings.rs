@@ -21,7 +21,8 @@ use crate::numerics::instant::exact_product;
 use crate::numerics::jet::Jet;
 use crate::numerics::turns::with_turns;
 use crate::tree::elements::{
-    Backlash, CLOSURE_ROWS, ContactSlot, CoupledCoordinate, Coupling, FramePoint, Mesh, Realization,
+    Backlash, CLOSURE_ROWS, ContactSlot, CoupledCoordinate, Coupling, FramePoint, IdealJoint, IdealKind,
+    Mesh, Realization,
 };
 use crate::tree::kinematics::Vec2;
 
@@ -248,18 +249,29 @@ impl Dynamics<'_> {
                 continue;
             }
             for (end, effort) in [&coupling.driven, &coupling.driver].into_iter().zip(efforts) {
-                // A torque, or a force along the guide.
-                let mut wrench = Wrench { force: Vec2::zeros(), moment: effort };
-                if let Some(joint) = end.slide.map(|slide| &self.tree.ideal_joints[slide])
-                    && let Realization::Tree { column: Some(column), sign, .. } = joint.realization
-                {
-                    let force = effort * sign * self.states[column + 1].axis;
-                    wrench = Wrench::at(self.point(joint.points[1]).position, force, 0.0);
-                }
-                for (body, sign) in end.bodies.into_iter().zip([-1.0, 1.0]) {
-                    supply(body, Wrench { force: sign * wrench.force, moment: sign * wrench.moment });
-                }
+                let slide = end.slide.map(|slide| &self.tree.ideal_joints[slide]);
+                self.supply_effort(slide, end.bodies, effort, supply);
             }
+        }
+    }
+
+    /// Calls `supply` with a torque between two bodies, or a force along the guide of a prismatic joint.
+    pub(super) fn supply_effort(
+        &self,
+        joint: Option<&IdealJoint>,
+        bodies: [Option<usize>; 2],
+        effort: f64,
+        supply: &mut impl FnMut(Option<usize>, Wrench),
+    ) {
+        let mut wrench = Wrench { force: Vec2::zeros(), moment: effort };
+        if let Some(joint) = joint.filter(|joint| joint.kind == IdealKind::Prismatic)
+            && let Realization::Tree { column: Some(column), sign, .. } = joint.realization
+        {
+            let force = effort * sign * self.states[column + 1].axis;
+            wrench = Wrench::at(self.point(joint.points[1]).position, force, 0.0);
+        }
+        for (body, sign) in bodies.into_iter().zip([-1.0, 1.0]) {
+            supply(body, Wrench { force: sign * wrench.force, moment: sign * wrench.moment });
         }
     }
 

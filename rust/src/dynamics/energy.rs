@@ -115,9 +115,10 @@ impl Dynamics<'_> {
         (0..self.phases.len()).map(|index| self.carried_energy(index)).sum()
     }
 
-    /// Elastic energy of all contacts [J], after [`Dynamics::find_contacts`].
+    /// Elastic energy of all contacts and of ideal joints that stick [J], after [`Dynamics::find_contacts`].
     pub fn contact_energies(&self) -> f64 {
-        (0..self.phases.len()).map(|index| self.contact_energy(index)).sum()
+        (0..self.phases.len()).map(|index| self.contact_energy(index)).sum::<f64>()
+            + (0..self.tree.dry_joints.len()).map(|index| self.dry_energy(index)).sum::<f64>()
     }
 
     /// Kinetic, potential and elastic contact energy together [J], after [`Dynamics::find_contacts`].
@@ -248,6 +249,9 @@ impl Dynamics<'_> {
             - bushings.chain(films).sum::<f64>()
             - closures.sum::<f64>()
             - self.coupling_power()
+            - (0..tree.dry_joints.len())
+                .map(|index| self.dry_effort(index) * self.dry_velocity(index))
+                .sum::<f64>()
     }
 
     /// Power of a drive [W]; after [`Dynamics::find_reactions`].

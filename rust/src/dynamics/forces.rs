@@ -79,6 +79,7 @@ impl Dynamics<'_> {
         for applied in &tree.applied_torques {
             self.add_couple(applied.frames, self.load(&applied.torque), forces);
         }
+        self.add_friction(forces);
     }
 
     /// Adds the generalized force of a torque on the second frame and its reaction on the first.
@@ -227,6 +228,9 @@ impl Dynamics<'_> {
                     self.residual_t[i] -= rotation * rate;
                 }
             }
+        }
+        if !tree.dry_joints.is_empty() {
+            self.add_friction_derivatives();
         }
         if !tree.motion_loads.is_empty() {
             self.add_derivatives_by_motion();

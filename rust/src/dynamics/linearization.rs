@@ -48,6 +48,22 @@ impl Dynamics<'_> {
             return false;
         }
         self.accelerate(&out.a);
+        self.find_residual_derivatives();
+        let d = out.a.len();
+        // Computed transposed, so that every derivative is solved for as a contiguous row.
+        for (freedom, &column) in self.tree.free.iter().enumerate() {
+            let row = freedom * d..(freedom + 1) * d;
+            self.accelerations_by(&mut out.a_q[row.clone()], |this, r| this.residual_by_position(r, column));
+            self.accelerations_by(&mut out.a_v[row], |this, r| this.residual_by_velocity(r, column));
+        }
+        transpose(&mut out.a_q, d);
+        transpose(&mut out.a_v, d);
+        self.accelerations_by(&mut out.a_t, Self::residual_by_time);
+        true
+    }
+
+    /// Finds the derivatives of the residuals, after [`Dynamics::accelerate`].
+    pub(super) fn find_residual_derivatives(&mut self) {
         self.residual_q.fill(0.0);
         self.residual_v.fill(0.0);
         self.residual_t.fill(0.0);
@@ -60,35 +76,27 @@ impl Dynamics<'_> {
         self.add_force_derivatives();
         self.add_closure_derivatives();
         self.add_jerks();
-        let d = out.a.len();
-        // Computed transposed, so that every derivative is solved for as a contiguous row.
-        for (freedom, &column) in self.tree.free.iter().enumerate() {
-            let row = freedom * d..(freedom + 1) * d;
-            self.accelerations_by(&mut out.a_q[row.clone()], |this, r| this.residual_by_position(r, column));
-            self.accelerations_by(&mut out.a_v[row], |this, r| this.residual_by_velocity(r, column));
-        }
-        transpose(&mut out.a_q, d);
-        transpose(&mut out.a_v, d);
-        self.accelerations_by(&mut out.a_t, |this, r| {
-            this.tree.driven.iter().fold(this.residual_t[r], |sum, driven| {
-                let Coordinate { velocity, acceleration, .. } = this.coordinates[driven.column];
-                sum + this.residual_by_position(r, driven.column) * velocity
-                    + this.residual_by_velocity(r, driven.column) * acceleration
-            })
-        });
-        true
+    }
+
+    /// Derivative of a residual with respect to time, by which drives move.
+    pub(super) fn residual_by_time(&self, row: usize) -> f64 {
+        self.tree.driven.iter().fold(self.residual_t[row], |sum, driven| {
+            let Coordinate { velocity, acceleration, .. } = self.coordinates[driven.column];
+            sum + self.residual_by_position(row, driven.column) * velocity
+                + self.residual_by_velocity(row, driven.column) * acceleration
+        })
     }
 
     /// Derivative of residual `row` with respect to the position of a column. Rows below d are force
     /// residuals, the others relative accelerations of the closures.
     #[inline]
-    fn residual_by_position(&self, row: usize, column: usize) -> f64 {
+    pub(super) fn residual_by_position(&self, row: usize, column: usize) -> f64 {
         self.entry(&self.residual_q, &self.loops.acceleration_q, row, column)
     }
 
     /// The same with respect to the velocity.
     #[inline]
-    fn residual_by_velocity(&self, row: usize, column: usize) -> f64 {
+    pub(super) fn residual_by_velocity(&self, row: usize, column: usize) -> f64 {
         self.entry(&self.residual_v, &self.loops.acceleration_v, row, column)
     }
 
@@ -100,7 +108,7 @@ impl Dynamics<'_> {
 
     /// Change of the accelerations that compensates a change of the residuals: of the force residual
     /// (rows below d) and of the relative accelerations of the closures (other rows).
-    fn accelerations_by(&mut self, out: &mut [f64], residual: impl Fn(&Self, usize) -> f64) {
+    pub(super) fn accelerations_by(&mut self, out: &mut [f64], residual: impl Fn(&Self, usize) -> f64) {
         let d = out.len();
         for (i, value) in out.iter_mut().enumerate() {
             *value = -residual(self, i);

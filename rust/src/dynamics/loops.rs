@@ -273,6 +273,9 @@ impl Dynamics<'_> {
         if !tree.couplings.is_empty() {
             self.write_coupling_rows(d);
         }
+        if !tree.locks.is_empty() {
+            self.write_lock_rows(d);
+        }
         let loops = &mut self.loops;
         loops.y.copy_from_slice(&loops.e);
         for row in loops.y.chunks_exact_mut(d.max(1)) {
@@ -293,6 +296,17 @@ impl Dynamics<'_> {
         loops.correct(a);
         loops.multipliers.copy_from_slice(&loops.right);
         true
+    }
+
+    /// Writes the rows of the locks, whose coordinates have no acceleration of their own.
+    fn write_lock_rows(&mut self, d: usize) {
+        let first = self.loops.right.len() - self.tree.locks.len();
+        for (row, column) in (first..).zip(&self.tree.locks) {
+            self.loops.right[row] = 0.0;
+            if let Ok(freedom) = self.tree.free.binary_search(column) {
+                self.loops.e[row * d + freedom] = 1.0;
+            }
+        }
     }
 
     /// Projects a state that nearly closes the loops onto the closures, in the metric of the mass matrix:

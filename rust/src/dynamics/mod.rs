@@ -17,6 +17,7 @@ mod couplings;
 mod energy;
 mod films;
 mod forces;
+mod friction;
 mod inertia;
 mod linearization;
 mod loads;
@@ -26,6 +27,7 @@ mod response;
 
 pub use contacts::{SlotContact, SlotMotion, relative_motion};
 pub use energy::ContactLoss;
+use friction::Friction;
 use inertia::Composites;
 pub use linearization::Linearization;
 use linearization::PairColumn;
@@ -74,6 +76,8 @@ pub struct Dynamics<'m> {
     /// ∂e/∂z, ∂ė/∂z and ∂spin/∂ż of one pair of points, for every column.
     pair_columns: Vec<PairColumn>,
     loops: Loops,
+    /// Friction in ideal joints, if there is any.
+    friction: Option<Box<Friction<'m>>>,
     scratch: Vec<f64>,
     /// The contact of every slot, after [`Dynamics::find_contacts`] or
     /// [`Dynamics::acceleration_and_contacts`].
@@ -111,6 +115,7 @@ impl<'m> Dynamics<'m> {
             residual_t: vec![0.0; d + tree.closed_rows().sum::<usize>()],
             pair_columns: vec![PairColumn::default(); columns],
             loops: Loops::new(tree.closed_rows(), d, columns),
+            friction: Friction::of(tree),
             scratch: vec![0.0; d],
             contacts: vec![SlotContact::UNKNOWN; tree.slots.len()],
             reactions: vec![Wrench::default(); tree.ideal_joints.len()],
@@ -202,7 +207,7 @@ impl<'m> Dynamics<'m> {
     }
 
     /// Accelerations of the degrees of freedom. Returns false where the mass matrix is singular, the loop
-    /// closures are dependent or a result is not finite.
+    /// closures are dependent, friction in ideal joints has two solutions or none, or a result is not finite.
     #[inline]
     pub fn acceleration(&mut self, t: impl Into<Instant>, q: &[f64], v: &[f64], a: &mut [f64]) -> bool {
         self.evaluate::<false>(t.into(), q, v, a)
@@ -239,13 +244,16 @@ impl<'m> Dynamics<'m> {
             }
         }
         if self.has_forces {
+            if self.friction.is_some() && !self.find_friction(false) {
+                return false;
+            }
             self.add_forces(a);
         }
         if !self.composites.factor(&mut self.mass, d) {
             return false;
         }
         self.composites.solve(&self.mass, a);
-        (!self.tree.has_loops() || self.close_accelerations(a)) && a.iter().all(|a| a.is_finite())
+        (self.loops.right.is_empty() || self.close_accelerations(a)) && a.iter().all(|a| a.is_finite())
     }
 
     /// Column of the velocity transformation B (displacement and rotation per unit of a coordinate) for a

@@ -121,6 +121,7 @@ impl Dynamics<'_> {
             }
         }
         self.each_coupling_load(supply);
+        self.each_friction_load(supply);
     }
 
     /// Force of a loop closure on its second point [N].

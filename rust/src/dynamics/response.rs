@@ -10,7 +10,7 @@ use crate::tree::kinematics::Vec2;
 /// Ratio below which an accelerance is a rounding error: that with closed loops to that without them, where
 /// the loops prevent every relative motion of the two points, or that of one direction to the other. Likewise
 /// the ratio of an entry of the relative Jacobian to those of the two points.
-const ROUNDING: f64 = 1e-12;
+pub(super) const ROUNDING: f64 = 1e-12;
 
 /// Accelerance of a pair of points: relative acceleration per unit force between them [1/kg], the inverse of
 /// the effective mass matrix.

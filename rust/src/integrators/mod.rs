@@ -221,6 +221,8 @@ pub enum Status {
     OutsideTable,
     /// What slides in a guide with ends has left it.
     LeftGuide,
+    /// Friction in an ideal joint and the reaction that it changes have two solutions or none.
+    FrictionIndeterminate,
     /// The caller cancelled.
     Cancelled,
 }
@@ -240,6 +242,7 @@ impl Status {
             Status::Held => "held",
             Status::OutsideTable => "outside_table",
             Status::LeftGuide => "left_guide",
+            Status::FrictionIndeterminate => "friction_indeterminate",
             Status::Cancelled => "cancelled",
         }
     }

@@ -89,6 +89,7 @@ fn without_play(scene: &Scene) -> Scene {
             a: bearing.clone(),
             b: journal.clone(),
             kind: JointKind::Revolute,
+            friction: None,
         },
         // Without its faces a pin in a slot would be free, and a stop never acts in an equilibrium.
         Joint::Guide { name, a, b, axis, shape: GuideShape::Block { angle, .. }, .. } => Joint::Ideal {
@@ -96,6 +97,7 @@ fn without_play(scene: &Scene) -> Scene {
             a: a.clone(),
             b: b.clone(),
             kind: JointKind::Prismatic { axis: *axis, angle: *angle },
+            friction: None,
         },
         Joint::Ideal { .. } | Joint::Guide { .. } => joint.clone(),
     });

@@ -48,6 +48,7 @@ impl Mechanism {
         let mut warnings = scene.implausible();
         warnings.extend(warning);
         warnings.extend(warning_of_equilibrium(&tree, &start, &scales, scene));
+        tree.add_friction(scene)?;
         Ok(Mechanism { tree, start, scales, branch, warnings })
     }
 

@@ -2,6 +2,7 @@
 //! coordinates. In: a mechanism and a state; out: matrices, from which modes follow.
 
 use crate::contact::pair::Phase;
+use crate::contact::sticking::Traction;
 use crate::dynamics::{Dynamics, Linearization};
 use crate::error::{InputError, Subject};
 use crate::mechanism::compiled::Mechanism;
@@ -21,7 +22,7 @@ pub struct SmallMotions {
     pub poses: Vec<[f64; 3]>,
 }
 
-/// Linearizes a mechanism in a state at an instant [s], with the contacts in these phases and the full turns that were
+/// Linearizes a mechanism in a state at an instant [s], with the contacts in these phases, the ideal joints with friction likewise, and the full turns that were
 /// subtracted from its coordinates.
 ///
 /// # Errors
@@ -30,12 +31,13 @@ pub fn small_motions(
     mechanism: &Mechanism,
     t: f64,
     State { q, v }: &State,
-    (phases, turns): (&[Phase], &[Turns]),
+    (phases, tractions, turns): (&[Phase], &[Traction], &[Turns]),
 ) -> Result<SmallMotions, InputError> {
     let d = mechanism.degrees_of_freedom();
     let mut dynamics = Dynamics::new(mechanism);
     dynamics.phases.copy_from_slice(phases);
     dynamics.turns.copy_from_slice(turns);
+    dynamics.set_tractions(tractions);
     dynamics.move_to(t, q, v);
     dynamics.settle_switches();
     let mut linear = Linearization::new(d);

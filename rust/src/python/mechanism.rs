@@ -17,7 +17,7 @@ use crate::run::outputs::{column_names, further_column_names, sector_column_name
 use crate::run::restart::Restart;
 use crate::run::settings::read_settings;
 use crate::run::tolerances::default_impact_velocity_floors;
-use crate::run::trajectory::{Contact, Event, Notice, check_restart, columns, record};
+use crate::run::trajectory::{Contact, Event, Notice, check_restart, columns, event_joint, record};
 use crate::scene::reader::read_scene;
 use crate::tree::elements::{BodyPlacement, ContactSlot, State};
 
@@ -86,11 +86,17 @@ impl CompiledMechanism {
         let found = match &start {
             None => {
                 let dynamics = Dynamics::new(mechanism);
-                small_motions(mechanism, 0.0, &mechanism.start, (&dynamics.phases, &dynamics.turns))
+                let phases = (&dynamics.phases[..], dynamics.tractions(), &dynamics.turns[..]);
+                small_motions(mechanism, 0.0, &mechanism.start, phases)
             }
             Some(end) => check_restart(mechanism, end).and_then(|()| {
                 let state = State { q: end.q.clone(), v: end.v.clone() };
-                small_motions(mechanism, end.time, &state, (&end.memory.phases, &end.memory.turns))
+                small_motions(
+                    mechanism,
+                    end.time,
+                    &state,
+                    (&end.memory.phases, &end.memory.tractions, &end.memory.turns),
+                )
             }),
         };
         let found = found.map_err(|error| input_error(py, error))?;
@@ -181,7 +187,7 @@ fn events_dict<'py>(
     let table = PyDict::new(py);
     let times: Vec<f64> = events.iter().map(|event| event.time).collect();
     let velocities: Vec<f64> = events.iter().map(|event| event.normal_velocity).collect();
-    let joints: Vec<&str> = events.iter().map(|event| mechanism.slots[event.joint].name.as_str()).collect();
+    let joints: Vec<&str> = events.iter().map(|event| event_joint(mechanism, event.joint)).collect();
     let kinds: Vec<&str> = events.iter().map(|event| event.kind.word()).collect();
     table.set_item("time", times.into_pyarray(py))?;
     table.set_item("joint", joints)?;

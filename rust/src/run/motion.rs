@@ -45,7 +45,7 @@ impl<'a> Motion<'a> {
             q: vec![0.0; d],
             v: vec![0.0; d],
             a: vec![0.0; d],
-            work: Work::new(mechanism.slots.len()),
+            work: Work::new(mechanism.slots.len(), mechanism.dry_joints.len()),
             counts_work,
             monitor,
             uniform_piece: uniform_piece(mechanism),
@@ -192,8 +192,7 @@ impl<'a> Motion<'a> {
     /// next step needs them.
     fn enter_step(&mut self) {
         std::mem::swap(&mut self.dynamics, &mut self.inside);
-        self.dynamics.phases.copy_from_slice(&self.inside.phases);
-        self.dynamics.switches.copy_from_slice(&self.inside.switches);
+        self.dynamics.copy_phases(&self.inside);
         // Those of the driven coordinates follow from the instant.
         for &column in &self.mechanism.free {
             self.dynamics.turns[column] = self.inside.turns[column];

@@ -2,6 +2,8 @@
 //! integrated.
 
 use crate::integrators::{Outcome, Stats, Status};
+use crate::mechanism::compiled::Mechanism;
+use crate::run::contacts::dry_joints::settle_directions;
 use crate::run::motion::Motion;
 use crate::run::system::System;
 use crate::run::work::GAUSS;
@@ -99,7 +101,7 @@ fn track_from(system: &mut System, t: f64, to: f64, q: &[f64], v: &[f64]) -> boo
 }
 
 /// Moves a state from `t` to `to` and adds the work in between, if an output needs it; false in a
-/// singular configuration, or where a table ends.
+/// singular configuration, where a table ends, or where friction has two solutions or none.
 fn go_on(motion: &mut Motion, mut t: f64, to: f64, q: &mut [f64], v: &mut [f64]) -> bool {
     // Forces jump where they switch, and the powers between two switches are smooth.
     while let Some(instant) = first_switch(motion, t, to, q, v) {
@@ -111,17 +113,19 @@ fn go_on(motion: &mut Motion, mut t: f64, to: f64, q: &mut [f64], v: &mut [f64])
     go_on_smoothly(motion, t, to, q, v)
 }
 
-/// The first instant after `t` at which a force switches, if it does up to `to` and the work is counted.
+/// The first instant after `t` at which a force switches or friction turns, if it does up to `to` and the work is counted.
 fn first_switch(motion: &mut Motion, t: f64, to: f64, q: &[f64], v: &[f64]) -> Option<f64> {
-    if !motion.counts_work || motion.mechanism.motion_loads.is_empty() {
+    let Mechanism { tree, .. } = motion.mechanism;
+    if !motion.counts_work || tree.motion_loads.is_empty() && tree.dry_joints.is_empty() {
         return None;
     }
     let mut switches_until = |instant: f64| {
         let (mut q, mut v) = (q.to_vec(), v.to_vec());
-        let before = motion.dynamics.switches.clone();
+        let (switches, tractions) = (motion.dynamics.switches.clone(), motion.dynamics.tractions().to_vec());
         follow(motion, t, instant, &mut q, &mut v);
-        let switched = motion.dynamics.switches != before;
-        motion.dynamics.switches = before;
+        let switched = motion.dynamics.switches != switches || motion.dynamics.tractions() != tractions;
+        motion.dynamics.switches = switches;
+        motion.dynamics.set_tractions(&tractions);
         switched
     };
     let (mut low, mut high) = (t, to);
@@ -187,5 +191,5 @@ fn follow(motion: &mut Motion, from: f64, t: f64, q: &mut [f64], v: &mut [f64]) 
     }
     let closed = motion.dynamics.project(t, q, v, &motion.mechanism.scales).is_some();
     motion.settle(t, q, v);
-    closed && motion.dynamics.uncovered_table().is_none()
+    closed && motion.dynamics.uncovered_table().is_none() && settle_directions(motion, t, q, v)
 }

@@ -17,6 +17,8 @@ use crate::scene::json::{Fields, Node, Problems};
 pub struct Memory {
     /// Contact phase of every clearance joint.
     pub phases: Vec<Phase>,
+    /// Whether every ideal joint with friction sticks or slides, and its spring.
+    pub tractions: Vec<Traction>,
     /// Open contacts, at most one for every clearance joint.
     pub contacts: Vec<Option<OpenContact>>,
     /// Full turns that were subtracted from the coordinate of every column.
@@ -97,7 +99,7 @@ impl Restart {
                 expect(number.is_finite(), &format!("{name}[{index}]"), "a finite number", number);
             }
         }
-        let Memory { phases, turns, work, .. } = &self.memory;
+        let Memory { phases, tractions, turns, work, .. } = &self.memory;
         for (index, &number) in turns.iter().enumerate() {
             let is_whole = number.is_finite() && number.fract() == 0.0;
             expect(is_whole, &format!("turns[{index}]"), "a whole number of full turns", number);
@@ -120,6 +122,11 @@ impl Restart {
                 expect(good && number.is_finite(), &format!("phases[{index}].{name}"), what, number);
             }
         }
+        for (index, traction) in tractions.iter().enumerate() {
+            for (name, number) in Traction::NAMES.into_iter().zip(traction.numbers()) {
+                expect(number.is_finite(), &format!("tractions[{index}].{name}"), "a finite number", number);
+            }
+        }
         if let Some(work) = work {
             // Work that is not known is NaN.
             expect(work.damping >= 0.0 || work.damping.is_nan(), "work.damping", ">= 0 [J]", work.damping);
@@ -140,7 +147,7 @@ impl Restart {
 const BEYOND: &str = "beyond";
 
 fn write_memory(memory: &Memory) -> Value {
-    let Memory { phases, contacts, turns, work } = memory;
+    let Memory { phases, tractions, contacts, turns, work } = memory;
     let phase = |phase: &Phase| match *phase {
         Phase::Free => Value::Null,
         Phase::Beyond => json!(BEYOND),
@@ -170,10 +177,12 @@ fn write_memory(memory: &Memory) -> Value {
             "input": number(work.input),
             "damping": number(work.damping),
             "contacts": work.contacts.iter().map(loss).collect::<Vec<_>>(),
+            "dry_joints": numbers(&work.dry_joints),
         })
     });
     json!({
         "phases": phases.iter().map(phase).collect::<Vec<_>>(),
+        "tractions": tractions.iter().map(|one| numbers(&one.numbers())).collect::<Vec<_>>(),
         "contacts": contacts.iter().map(contact).collect::<Vec<_>>(),
         "turns": numbers(turns),
         "work": work,
@@ -208,6 +217,10 @@ fn read_memory(fields: &mut Fields, problems: &mut Problems) -> Memory {
     });
     Memory {
         phases: fields.list("phases", problems, read_phase),
+        tractions: fields.list("tractions", problems, |node, problems| {
+            let numbers = node.numbers(problems);
+            Traction::from_numbers(std::array::from_fn(|k| numbers.get(k).copied().unwrap_or(f64::NAN)))
+        }),
         contacts: contacts.collect(),
         turns: fields.numbers("turns", problems),
         work: fields.optional("work").map(|node| read_work(node, problems)),
@@ -265,6 +278,7 @@ fn read_work(node: Node, problems: &mut Problems) -> Work {
             }
         }),
         sectors: Vec::new(),
+        dry_joints: fields.optional("dry_joints").map_or_else(Vec::new, |node| node.numbers(problems)),
     };
     fields.finish(problems);
     work

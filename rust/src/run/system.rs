@@ -8,10 +8,11 @@ use crate::integrators::events::Guard;
 use crate::integrators::{HybridSystem, Limits, Projection, Status};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::instant::Instant;
+use crate::run::contacts::dry_joints::{begin_dry_joints, cross_dry_joint, dry_guards};
 use crate::run::contacts::guards::{GUARDS, StepDemands};
 use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::onset::{begin_contacts, onset};
-use crate::run::contacts::sticking::{accelerate_sliding, begin_friction, cross_stick, stick_guard};
+use crate::run::contacts::sticking::{begin_friction, cross_stick, sticking_guards};
 use crate::run::contacts::switches::{cross_switch, switch_guard};
 use crate::run::contacts::{Event, EventKind, OpenContact};
 use crate::run::features::Plan;
@@ -41,6 +42,8 @@ pub(crate) enum Watched {
     Switch(usize),
     /// Whether a slot sticks.
     Sticking(usize),
+    /// Whether an ideal joint with friction sticks.
+    DryJoint(usize),
 }
 
 /// A motion as a system for the integrator, with the observers of its steps.
@@ -104,7 +107,8 @@ impl<'a> System<'a> {
         Limits { first_step, ..self.settings.limits }
     }
 
-    /// Number of guards of the clearance joints; those of the switches follow, then those of sticking.
+    /// Number of guards of the clearance joints; those of the switches follow, then those of
+    /// slots that can stick and of ideal joints with friction.
     pub(crate) fn contact_guards(&self) -> usize {
         GUARDS * self.motion.dynamics.phases.len()
     }
@@ -117,13 +121,16 @@ impl<'a> System<'a> {
         } else if guard < contacts + switches {
             Watched::Switch(guard - contacts)
         } else {
-            Watched::Sticking(self.sticking[guard - contacts - switches])
+            let place = guard - contacts - switches;
+            let slot = self.sticking.get(place).map(|&slot| Watched::Sticking(slot));
+            slot.unwrap_or_else(|| Watched::DryJoint(place - self.sticking.len()))
         }
     }
 
     /// Takes over the memory of the run that this one continues.
     pub(crate) fn recall(&mut self, memory: &Memory) {
         self.motion.dynamics.phases.clone_from(&memory.phases);
+        self.motion.dynamics.set_tractions(&memory.tractions);
         self.motion.dynamics.turns.clone_from(&memory.turns);
         self.motion.inside.turns.clone_from(&memory.turns);
         self.log.open.clone_from(&memory.contacts);
@@ -141,7 +148,8 @@ impl<'a> System<'a> {
     /// integrate them.
     fn forget_work(&mut self) {
         let sectors = std::mem::take(&mut self.motion.work.sectors);
-        self.motion.work = Work { sectors, ..Work::unknown(self.log.open.len()) };
+        self.motion.work =
+            Work { sectors, ..Work::unknown(self.log.open.len(), self.motion.mechanism.dry_joints.len()) };
         self.warnings.push(Notice {
             code: "work_unknown",
             about: None,
@@ -157,6 +165,7 @@ impl<'a> System<'a> {
         let Motion { dynamics, work, counts_work, .. } = &self.motion;
         Memory {
             phases: dynamics.phases.clone(),
+            tractions: dynamics.tractions().to_vec(),
             contacts: self.log.open.clone(),
             turns: dynamics.turns.clone(),
             work: (*counts_work && !work.input.is_nan())
@@ -168,6 +177,7 @@ impl<'a> System<'a> {
     pub(crate) fn begin(&mut self, q: &mut [f64], v: &[f64]) {
         self.motion.settle(0.0, q, v);
         self.warnings.extend(begin_contacts(&mut self.motion, &self.tolerances, &mut self.log, q, v));
+        begin_dry_joints(&mut self.motion, &self.tolerances, self.settings.rtol, (q, v));
         self.motion.work.begin(&mut self.motion.dynamics);
         self.motion.wrap(q);
         if self.samples.wants(0.0) {
@@ -312,20 +322,6 @@ impl<'a> System<'a> {
         Ok(true)
     }
 
-    /// The guards of the slots that can stick, behind those of the switches; the frames have been moved to the state.
-    #[inline(never)]
-    fn sticking_guards(&mut self, t: Instant, q: &[f64], v: &[f64], guards: &mut [Guard]) {
-        let is_inside = self.motion.dynamics.instant() != t;
-        let exists = accelerate_sliding(&mut self.motion, &self.sticking, is_inside, (t, q, v));
-        let first = guards.len() - self.sticking.len();
-        for (of_slot, &slot) in guards[first..].iter_mut().zip(&self.sticking) {
-            *of_slot = stick_guard(&self.motion, (&self.tolerances, self.settings.rtol), is_inside, slot);
-            if !exists {
-                of_slot.value = f64::NAN;
-            }
-        }
-    }
-
     /// Lets a slot slide that stuck, or stick that slid.
     fn cross_stick(&mut self, index: usize, (t, q, v): (f64, &[f64], &[f64])) {
         self.log.end_phase(&mut self.motion, t, index, q, v);
@@ -391,7 +387,10 @@ impl HybridSystem for System<'_> {
     }
 
     fn guard_count(&self) -> usize {
-        self.contact_guards() + self.motion.dynamics.switches.len() + self.sticking.len()
+        self.contact_guards()
+            + self.motion.dynamics.switches.len()
+            + self.sticking.len()
+            + self.motion.mechanism.dry_joints.len()
     }
 
     fn guards(&mut self, t: Instant, q: &[f64], v: &[f64], guards: &mut [Guard]) {
@@ -411,8 +410,14 @@ impl HybridSystem for System<'_> {
         for (index, of_switch) in (0..self.motion.dynamics.switches.len()).zip(others) {
             *of_switch = switch_guard(&self.motion, &self.tolerances, is_inside, index);
         }
+        let dry_joints = self.motion.mechanism.dry_joints.len();
+        let (others, of_dry_joints) = guards.split_at_mut(guards.len() - dry_joints);
+        let limits = (&self.tolerances, self.settings.rtol);
         if !self.sticking.is_empty() {
-            self.sticking_guards(t, q, v, guards);
+            sticking_guards(&mut self.motion, &self.sticking, limits, (t, q, v), others);
+        }
+        if dry_joints > 0 {
+            dry_guards(&mut self.motion, limits, is_inside, (t, q, v), of_dry_joints);
         }
     }
 
@@ -435,6 +440,11 @@ impl HybridSystem for System<'_> {
             Watched::Switch(switch) => cross_switch(&mut self.motion, switch, t, q, v),
             Watched::Sticking(slot) => {
                 self.cross_stick(slot, (t, q, v));
+                Ok(f64::INFINITY)
+            }
+            Watched::DryJoint(joint) => {
+                cross_dry_joint(&mut self.motion, &mut self.log, joint, (t, q, v));
+                self.balance.forget_state();
                 Ok(f64::INFINITY)
             }
         }

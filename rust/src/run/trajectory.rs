@@ -4,8 +4,9 @@ use crate::error::{InputError, Problem, Subject};
 use crate::integrators::{Outcome, Stats, Status, integrate_with};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::memory::filled;
-pub use crate::run::contacts::{Contact, Event, EventKind};
+pub use crate::run::contacts::{Contact, Event, EventKind, event_joint};
 use crate::run::features::Plan;
+use crate::run::motion::Motion;
 use crate::run::outputs::{Column, column_names, parse_columns};
 use crate::run::prescribed::follow_drives;
 use crate::run::restart::{Memory, Restart};
@@ -35,12 +36,13 @@ pub struct Trajectory {
     pub status: Status,
     /// When it ended [s].
     pub time: f64,
-    /// The clearance joint whose change of contact could not be located or exceeded the allowed number.
+    /// The joint whose change of contact or friction could not be located or exceeded the allowed number, or whose friction
+    /// has two solutions or none.
     pub joint: Option<String>,
     /// The force or torque that the run cannot follow further: it holds what it depends on, its table ends, or where it
     /// changes its form could not be located.
     pub load: Option<String>,
-    /// What is wrong with it.
+    /// What is wrong with it, or with friction.
     load_message: String,
     /// The clearance joint that is in Painlevé's paradox where a run failed: its normal force, with the
     /// friction that it causes, accelerates the surfaces toward each other.
@@ -87,14 +89,15 @@ impl Trajectory {
                 "closing the loops takes a correction above the tolerance, however short the step"
             }
             Status::EventLocation if self.load.is_some() => "a change of a force could not be located",
-            Status::EventLocation => "a change of contact could not be located",
+            Status::EventLocation => "a change of contact or friction could not be located",
             Status::MaxEvents if self.load.is_some() => "the allowed number of changes of forces was used up",
-            Status::MaxEvents => "the allowed number of contact changes was used up",
+            Status::MaxEvents => "the allowed number of changes of contact or friction was used up",
             Status::Held => {
                 "a force holds what it depends on: it pushes it back from both sides of its switch"
             }
             Status::OutsideTable => "a table ends",
             Status::LeftGuide => "what slides in a guide has left it at its end",
+            Status::FrictionIndeterminate => "friction has two solutions or none",
             Status::Cancelled => "the run was cancelled",
         };
         let paradox = self.paradox.as_ref().map_or(String::new(), |joint| {
@@ -212,13 +215,16 @@ fn collected(
 
 /// Whether a run may continue where another ended.
 pub(crate) fn check_restart(mechanism: &Mechanism, restart: &Restart) -> Result<(), InputError> {
-    let Memory { phases, contacts, turns, work } = &restart.memory;
+    let Memory { phases, tractions, contacts, turns, work } = &restart.memory;
     let d = mechanism.degrees_of_freedom();
     let joints = mechanism.slots.len();
     let fits = restart.q.len() == d
         && restart.v.len() == d
         && [phases.len(), contacts.len()] == [joints; 2]
-        && work.as_ref().is_none_or(|work| work.contacts.len() == joints)
+        && tractions.len() == mechanism.dry_joints.len()
+        && work
+            .as_ref()
+            .is_none_or(|work| work.contacts.len() == joints && work.dry_joints.len() == tractions.len())
         && turns.len() == mechanism.frames.len() - 1;
     if !fits {
         return Err(Subject::Start.error(
@@ -317,11 +323,15 @@ fn run(
 }
 
 /// The result of a run without its samples and their names.
-fn finished(mut system: System, outcome: Outcome, mut end: State) -> Trajectory {
+fn finished(mut system: System, mut outcome: Outcome, mut end: State) -> Trajectory {
     let mechanism = system.motion.mechanism;
-    let name_of = |index: usize| mechanism.slots[index].name.clone();
+    let name_of = |index: usize| event_joint(mechanism, index).to_owned();
+    let fault = friction_fault(&system, outcome.status);
+    if fault.is_some() {
+        outcome.status = Status::FrictionIndeterminate;
+    }
     let paradox = match outcome.status {
-        Status::Done | Status::Cancelled | Status::Projection => None,
+        Status::Done | Status::Cancelled | Status::Projection | Status::FrictionIndeterminate => None,
         _ => system.motion.dynamics.paradoxical_contact(outcome.time, &end.q, &end.v),
     };
     let unknown = system.samples.unknown;
@@ -341,10 +351,18 @@ fn finished(mut system: System, outcome: Outcome, mut end: State) -> Trajectory 
     let (slot, switch) = match outcome.guard.map(|guard| system.watched(guard)) {
         Some(Watched::Contact { slot, .. } | Watched::Sticking(slot)) => (Some(slot), None),
         Some(Watched::Switch(switch)) => (None, Some(switch)),
+        Some(Watched::DryJoint(index)) => (Some(joints + index), None),
         None => (None, None),
     };
+    let slot = fault.map(|(index, _)| joints + index).or(slot);
     let load = switch.and_then(|switch| mechanism.load_of_switch(switch)).map(|(load, _)| load);
-    let load_message = load_message(&mut system, &outcome, load, &end);
+    let load_message = match fault {
+        Some((_, bound)) => format!(
+            "; it changes the reaction that causes it by {bound:.6} of itself, and below 1 there is one solution: a block \
+             that jams, or a journal larger than the arm of its load; reduce the coefficient or change the lengths"
+        ),
+        None => load_message(&mut system, &outcome, load, &end),
+    };
     let features = system.tracking.values(outcome.time, &events, &contacts, joints);
     Trajectory {
         t: Vec::new(),
@@ -368,6 +386,16 @@ fn finished(mut system: System, outcome: Outcome, mut end: State) -> Trajectory 
         features,
         end,
         restart,
+    }
+}
+
+/// The joint whose friction has two solutions or none where a run failed, with how much friction changes itself.
+fn friction_fault(system: &System, status: Status) -> Option<(usize, f64)> {
+    let Motion { dynamics, inside, .. } = &system.motion;
+    match status {
+        Status::NonFinite | Status::SingularMechanism | Status::StepUnderflow => dynamics.friction_fault(),
+        Status::EventLocation => dynamics.friction_fault().or(inside.friction_fault()),
+        _ => None,
     }
 }
 

@@ -119,6 +119,9 @@ impl Scene {
             checker.result(&format!("{path}.{field}"), self.attachment(reference)).map(|end| end.body)
         });
         checker.apart(path, ends);
+        if let Joint::Ideal { friction: Some(law), .. } = joint {
+            checker.joint_friction(&format!("{path}.friction"), law);
+        }
         match joint {
             Joint::Ideal { kind: JointKind::Revolute, .. } => {}
             Joint::Ideal { kind: JointKind::Prismatic { axis, angle }, .. } => {

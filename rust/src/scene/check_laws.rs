@@ -1,7 +1,7 @@
 //! Checks of the laws of contact and friction, of guides with play, slots with pins and stops, and of how these start.
 
 use crate::contact::film::{FINITE_WIDTHS, Lubricant};
-use crate::contact::friction::FrictionLaw;
+use crate::contact::friction::{FrictionLaw, JointFriction};
 use crate::contact::normal::{Damping, NormalLaw};
 use crate::contact::sticking::StickSlip;
 use crate::error::refused;
@@ -89,6 +89,17 @@ impl Checker {
                 ),
             );
         }
+    }
+
+    pub(super) fn joint_friction(&mut self, path: &str, law: &JointFriction) {
+        let (coefficient, name, size) = match *law {
+            JointFriction::Journal { coefficient, journal_radius } => {
+                (coefficient, "journal_radius", journal_radius)
+            }
+            JointFriction::Guide { coefficient, half_length } => (coefficient, "half_length", half_length),
+        };
+        self.at_least(&format!("{path}.coefficient"), "-", coefficient, 0.0);
+        self.positive(&format!("{path}.{name}"), "m", size);
     }
 
     fn stick_slip(&mut self, path: &str, law: &StickSlip) {

@@ -5,7 +5,7 @@
 //! it is compiled, in [`crate::mechanism::compiled`].
 
 use crate::contact::film::Lubricant;
-use crate::contact::friction::FrictionLaw;
+use crate::contact::friction::{FrictionLaw, JointFriction};
 use crate::contact::normal::NormalLaw;
 use crate::contact::pair::SlidingVelocity;
 use crate::error::meant_or_known;
@@ -144,6 +144,8 @@ pub enum Joint {
         b: String,
         /// Relative motion that the joint allows.
         kind: JointKind,
+        /// Friction of a revolute or prismatic joint, if any.
+        friction: Option<JointFriction>,
     },
     /// A revolute joint with clearance: a contact force.
     Clearance {

@@ -6,7 +6,7 @@
 use serde_json::Value;
 
 use crate::contact::film::Lubricant;
-use crate::contact::friction::FrictionLaw;
+use crate::contact::friction::{FrictionLaw, JointFriction};
 use crate::contact::normal::{Damping, NormalLaw};
 use crate::contact::pair::SlidingVelocity;
 use crate::contact::sticking::StickSlip;
@@ -157,6 +157,17 @@ fn joint(node: Node, problems: &mut Problems) -> Joint {
     } else {
         let a = fields.text("a", problems);
         let b = fields.text("b", problems);
+        let mut friction = |law, size| {
+            let node = fields.optional("friction")?;
+            Some(joint_friction(node, law, size, problems))
+        };
+        let friction = match kind {
+            JointType::Revolute => friction("journal_friction", "journal_radius")
+                .map(|[coefficient, journal_radius]| JointFriction::Journal { coefficient, journal_radius }),
+            JointType::Prismatic => friction("guide_friction", "half_length")
+                .map(|[coefficient, half_length]| JointFriction::Guide { coefficient, half_length }),
+            _ => None,
+        };
         let kind = match kind {
             JointType::Prismatic => JointKind::Prismatic {
                 axis: fields.pair("axis", problems),
@@ -165,7 +176,7 @@ fn joint(node: Node, problems: &mut Problems) -> Joint {
             JointType::Fixed => JointKind::Fixed { angle: fields.number_or("angle", 0.0, problems) },
             _ => JointKind::Revolute,
         };
-        Joint::Ideal { name, a, b, kind }
+        Joint::Ideal { name, a, b, kind, friction }
     };
     fields.finish(problems);
     joint
@@ -295,6 +306,15 @@ fn friction_law(node: Node, problems: &mut Problems) -> FrictionLaw {
     };
     fields.finish(problems);
     law
+}
+
+/// Coefficient and size in the friction law of an ideal joint.
+fn joint_friction(node: Node, law: &'static str, size: &'static str, problems: &mut Problems) -> [f64; 2] {
+    let mut fields = node.fields(problems);
+    fields.tag("law", &[(law, ())], problems);
+    let numbers = ["coefficient", size].map(|name| fields.number(name, problems));
+    fields.finish(problems);
+    numbers
 }
 
 fn lubricant(node: Node, problems: &mut Problems) -> Lubricant {

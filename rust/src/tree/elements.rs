@@ -12,6 +12,7 @@ use crate::numerics::instant::Instant;
 use crate::numerics::turns::Turns;
 use crate::scene::time_function::TimeFunction;
 use crate::tree::forces::{AppliedForce, AppliedTorque, Bushing, Film, Link, Pull, Torsion};
+use crate::tree::friction::{DryJoint, Reacting};
 use crate::tree::kinematics::{Coordinate, Frame, Vec2};
 use crate::tree::loads::{Load, MotionLoad};
 
@@ -346,6 +347,12 @@ pub struct Tree {
     pub couplings: Vec<Coupling>,
     /// Couplings with backlash.
     pub backlashes: Vec<Backlash>,
+    /// Columns of coordinates that stay zero, held by multipliers: see [`Reacting`].
+    pub locks: Vec<usize>,
+    /// Ideal joints with friction, in the order of the scene; none while the mechanism is assembled.
+    pub dry_joints: Vec<DryJoint>,
+    /// The tree that finds their reactions, if there are any.
+    pub reacting: Option<Box<Reacting>>,
     /// Ideal joints, in the order of the scene.
     pub ideal_joints: Vec<IdealJoint>,
     /// The joints of the tree as indices of `ideal_joints`, parents before children.
@@ -381,10 +388,11 @@ impl Tree {
         self.free.len().saturating_sub(self.closed_rows().sum())
     }
 
-    /// Equations of every closure and coupling, in the order of their rows.
+    /// Equations of every closure, coupling and lock, in the order of their rows.
     pub fn closed_rows(&self) -> impl Iterator<Item = usize> {
         let couplings = self.couplings.iter().map(|_| 1);
-        self.closures.iter().map(|_| CLOSURE_ROWS).chain(couplings)
+        let locks = self.locks.iter().map(|_| 1);
+        self.closures.iter().map(|_| CLOSURE_ROWS).chain(couplings).chain(locks)
     }
 
     /// All couplings with their teeth, those without backlash first.
@@ -395,10 +403,10 @@ impl Tree {
 
     /// Whether loops or couplings make the free coordinates depend on each other.
     pub fn has_loops(&self) -> bool {
-        !(self.closures.is_empty() && self.couplings.is_empty())
+        !(self.closures.is_empty() && self.couplings.is_empty() && self.locks.is_empty())
     }
 
-    /// Whether a spring, a damper, an oil film or an applied force or torque acts.
+    /// Whether a spring, a damper, an oil film, friction in an ideal joint or an applied force or torque acts.
     pub fn has_forces(&self) -> bool {
         let Self { links, bushings, films, torsions, applied_forces, applied_torques, .. } = self;
         !(links.is_empty()
@@ -406,7 +414,8 @@ impl Tree {
             && films.is_empty()
             && torsions.is_empty()
             && applied_forces.is_empty()
-            && applied_torques.is_empty())
+            && applied_torques.is_empty()
+            && self.dry_joints.is_empty())
     }
 
     /// The next instant after `t` [s] at which a function of time in the scene is not smooth.

@@ -5,6 +5,7 @@
 mod couplings;
 pub mod elements;
 pub mod forces;
+pub mod friction;
 pub mod kinematics;
 mod lists;
 pub mod loads;

@@ -8,12 +8,17 @@ use std::collections::VecDeque;
 use crate::error::{InputError, Problem, Subject};
 use crate::scene::parts::{Attachment, Force, GROUND, Joint, JointKind, Scene};
 use crate::tree::elements::{DrivenCoordinate, FramePoint, Realization, Tree};
-use crate::tree::kinematics::{Frame, FrameKind, Vec2, direction, rotated};
+use crate::tree::kinematics::{Frame, FrameKind, Vec2, direction, perp, rotated};
 
 impl Tree {
-    /// The tree of a checked scene.
+    /// The tree of a checked scene, without the friction in its joints.
     pub(crate) fn span(scene: &Scene) -> Result<Tree, InputError> {
-        let mut builder = Builder::new(scene);
+        Self::span_with(scene, None)
+    }
+
+    /// The same; with a list for `locks`, ideal joints with friction are held by multipliers.
+    pub(super) fn span_with(scene: &Scene, locks: Option<Vec<usize>>) -> Result<Tree, InputError> {
+        let mut builder = Builder { locks, ..Builder::new(scene) };
         builder.span()?;
         builder.check_clearances()?;
         let mut tree = builder.finish();
@@ -58,6 +63,8 @@ pub(super) struct Builder<'a> {
     /// How the tree satisfies each joint of the scene, and the joints in the order in which they entered it.
     pub(super) realizations: Vec<Option<Realization>>,
     pub(super) order: Vec<usize>,
+    /// Columns of the coordinates that take the place of ideal joints with friction, if they do.
+    pub(super) locks: Option<Vec<usize>>,
 }
 
 impl<'a> Builder<'a> {
@@ -72,6 +79,7 @@ impl<'a> Builder<'a> {
             driven: Vec::new(),
             realizations: vec![None; scene.joints.len()],
             order: Vec::new(),
+            locks: None,
         }
     }
 
@@ -173,10 +181,12 @@ impl<'a> Builder<'a> {
         let parent = parent_end.body.and_then(|body| self.placements[body]).unwrap_or(Placement::GROUND);
         let anchor = parent.to_frame(parent_end.position);
         let sign = if reversed { -1.0 } else { 1.0 };
-        let (frame, angle, pivot) = match *kind {
+        // The frame of its coordinate, and the frame that carries the child.
+        let (frame, carrier, angle, pivot) = match *kind {
             JointKind::Revolute => {
                 let frame = self.add_frame(parent.frame, anchor, FrameKind::Revolute, name.to_owned());
-                (frame, parent.angle, Vec2::zeros())
+                let slides = [Vec2::x(), Vec2::y()].map(|axis| FrameKind::Prismatic { axis });
+                (frame, self.lock(joint, frame, Vec2::zeros(), slides), parent.angle, Vec2::zeros())
             }
             JointKind::Prismatic { axis, angle } => {
                 // The sliding axis is fixed in body a; both bodies turn together, so it is fixed in either
@@ -185,14 +195,24 @@ impl<'a> Builder<'a> {
                 let angle_a = if reversed { child_angle } else { parent.angle };
                 let axis = sign * rotated_by(direction(Vec2::from(axis)), angle_a);
                 let kind = FrameKind::Prismatic { axis };
-                let frame = self.add_frame(parent.frame, anchor, kind, name.to_owned());
-                (frame, child_angle, Vec2::zeros())
+                // The moment of the reaction is that about point b: the block turns about it, before or behind its slide.
+                let aside = [FrameKind::Prismatic { axis: perp(axis) }, FrameKind::Revolute];
+                if reversed {
+                    let [across, turn] = aside;
+                    let before = self.lock(joint, parent.frame, anchor, [turn, across]);
+                    let anchor = if before == parent.frame { anchor } else { Vec2::zeros() };
+                    let frame = self.add_frame(before, anchor, kind, name.to_owned());
+                    (frame, frame, child_angle, Vec2::zeros())
+                } else {
+                    let frame = self.add_frame(parent.frame, anchor, kind, name.to_owned());
+                    (frame, self.lock(joint, frame, Vec2::zeros(), aside), child_angle, Vec2::zeros())
+                }
             }
-            JointKind::Fixed { angle } => (parent.frame, parent.angle + sign * angle, anchor),
+            JointKind::Fixed { angle } => (parent.frame, parent.frame, parent.angle + sign * angle, anchor),
         };
         let origin = pivot - rotated_by(Vec2::from(child_end.position), angle);
         let owns_frame = !matches!(kind, JointKind::Fixed { .. });
-        self.placements[child] = Some(Placement { frame, owns_frame, origin, angle });
+        self.placements[child] = Some(Placement { frame: carrier, owns_frame, origin, angle });
         let column = owns_frame.then(|| frame - 1);
         self.realizations[joint] = Some(Realization::Tree { child, column, sign });
         self.order.push(joint);
@@ -207,6 +227,19 @@ impl<'a> Builder<'a> {
                 sign: if *kind == JointKind::Revolute { sign } else { 1.0 },
             });
         }
+    }
+
+    /// Adds the two frames by which a joint with friction would come apart; returns the last one, or `parent` where
+    /// nothing is held by multipliers.
+    fn lock(&mut self, joint: usize, parent: usize, anchor: Vec2, kinds: [FrameKind; 2]) -> usize {
+        let has_friction = matches!(self.scene.joints[joint], Joint::Ideal { friction: Some(_), .. });
+        let Some(mut locks) = self.locks.take_if(|_| has_friction) else { return parent };
+        let [first, second] = kinds;
+        let between = self.add_frame(parent, anchor, first, String::new());
+        let last = self.add_frame(between, Vec2::zeros(), second, String::new());
+        locks.extend([between - 1, last - 1]);
+        self.locks = Some(locks);
+        last
     }
 
     /// Gives a body without ideal joints its three coordinates: its center of mass and its angle.

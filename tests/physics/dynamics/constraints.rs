@@ -105,7 +105,7 @@ pub fn cartesian_constraints(scene: &Scene) -> Result<Vec<CartesianConstraint>, 
     };
     let mut constraints = Vec::new();
     for joint in &scene.joints {
-        let Joint::Ideal { name, a, b, kind } = joint else { continue };
+        let Joint::Ideal { name, a, b, kind, .. } = joint else { continue };
         let (body_a, point_a) = seen_from_center(scene.attachment(a)?);
         let (body_b, point_b) = seen_from_center(scene.attachment(b)?);
         let constraint = |name: &str, kind| CartesianConstraint {

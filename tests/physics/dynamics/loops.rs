@@ -28,7 +28,7 @@ fn link(name: &str, length: f64, angle: f64) -> Body {
 }
 
 /// A Grashof four-bar; driven at `speed`, or free under gravity.
-fn four_bar(speed: Option<f64>) -> Scene {
+pub(crate) fn four_bar(speed: Option<f64>) -> Scene {
     let drive = |speed| Drive::Speed { name: "drive".into(), joint: "A".into(), speed, angle: 0.4 };
     Scene {
         ground: vec![point("A", 0.0, 0.0), point("D", GROUND, 0.0)],

@@ -1,7 +1,8 @@
 //! Changes of contact, and the contacts of a run from onset to separation with the peak of the normal force.
 //! In: steps and the motion; out: guards for the integrator, phases, a log of events and
-//! contacts; likewise the switches of expressions. Uses `dynamics`, `contact`, `integrators`, `numerics`.
+//! contacts; likewise the switches of expressions and the friction of ideal joints. Uses `dynamics`, `contact`, `integrators`, `numerics`.
 
+pub(crate) mod dry_joints;
 pub(crate) mod guards;
 pub(crate) mod log;
 pub(crate) mod onset;
@@ -9,6 +10,7 @@ pub(crate) mod sticking;
 pub(crate) mod switches;
 
 use crate::contact::pair::RelativeMotion;
+use crate::mechanism::compiled::Mechanism;
 use crate::numerics::extremum::highest_within;
 
 /// Kind of an event.
@@ -50,12 +52,20 @@ impl EventKind {
 pub struct Event {
     /// Time [s].
     pub time: f64,
-    /// Index of the clearance joint.
+    /// Index of the contact slot; after these of the ideal joint with friction: see [`event_joint`].
     pub joint: usize,
     /// Kind.
     pub kind: EventKind,
     /// Penetration rate [m/s]: the approach velocity at an onset.
     pub normal_velocity: f64,
+}
+
+/// Name of the joint of an event.
+pub fn event_joint(mechanism: &Mechanism, joint: usize) -> &str {
+    match mechanism.slots.get(joint) {
+        Some(slot) => &slot.name,
+        None => mechanism.dry_joint_name(joint - mechanism.slots.len()),
+    }
 }
 
 /// One contact of a clearance joint.

@@ -21,7 +21,7 @@ fn loaded(phase: Phase) -> Option<Traction> {
 
 /// Computes the accelerations where one of the slots slides: the velocity of its slider depends on the rate of its normal
 /// force. False where they do not exist.
-pub(crate) fn accelerate_sliding(
+fn accelerate_sliding(
     motion: &mut Motion,
     slots: &[usize],
     is_inside: bool,
@@ -32,8 +32,7 @@ pub(crate) fn accelerate_sliding(
         return true;
     }
     if is_inside {
-        motion.inside.phases.copy_from_slice(&motion.dynamics.phases);
-        motion.inside.switches.copy_from_slice(&motion.dynamics.switches);
+        motion.inside.copy_phases(&motion.dynamics);
     }
     let dynamics = if is_inside { &mut motion.inside } else { &mut motion.dynamics };
     // Not the function of the steps, which is inlined there.
@@ -42,9 +41,29 @@ pub(crate) fn accelerate_sliding(
     exists
 }
 
+/// The guards of the slots that can stick, the last ones of all guards; the frames have been moved to the state.
+#[inline(never)]
+pub(crate) fn sticking_guards(
+    motion: &mut Motion,
+    slots: &[usize],
+    limits: (&Tolerances, f64),
+    (t, q, v): (Instant, &[f64], &[f64]),
+    guards: &mut [Guard],
+) {
+    let is_inside = motion.dynamics.instant() != t;
+    let exists = accelerate_sliding(motion, slots, is_inside, (t, q, v));
+    let first = guards.len() - slots.len();
+    for (of_slot, &slot) in guards[first..].iter_mut().zip(slots) {
+        *of_slot = stick_guard(motion, limits, is_inside, slot);
+        if !exists {
+            of_slot.value = f64::NAN;
+        }
+    }
+}
+
 /// The guard of a slot in the state of the frames inside the step or at its end, after [`accelerate_sliding`]: what is left
 /// to Coulomb's limit [N] where it sticks, the velocity of the slider in its direction [m/s] where it slides.
-pub(crate) fn stick_guard(
+fn stick_guard(
     motion: &Motion,
     (tolerances, rtol): (&Tolerances, f64),
     is_inside: bool,

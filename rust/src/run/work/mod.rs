@@ -35,19 +35,28 @@ pub struct Work {
     /// The wear of every slot by the sectors of its bearing [N m], empty for those that no output asks for; of no slot where
     /// none does. Counts from the start of this run, also where it continues another.
     pub sectors: Vec<Vec<f64>>,
+    /// Energy dissipated by the friction of every ideal joint that has one [J].
+    pub dry_joints: Vec<f64>,
 }
 
 impl Work {
-    /// Zero work and losses, for `joints` clearance joints.
-    pub fn new(joints: usize) -> Self {
-        Self { contacts: vec![ContactLoss::default(); joints], ..Self::default() }
+    /// Zero work and losses, for `joints` clearance joints and some ideal joints with friction.
+    pub fn new(joints: usize, dry_joints: usize) -> Self {
+        let contacts = vec![ContactLoss::default(); joints];
+        Self { contacts, dry_joints: vec![0.0; dry_joints], ..Self::default() }
     }
 
-    /// Unknown work and losses (NaN), for `joints` clearance joints.
-    pub fn unknown(joints: usize) -> Self {
+    /// The same, unknown (NaN).
+    pub fn unknown(joints: usize, dry_joints: usize) -> Self {
         let loss = ContactLoss { impact: f64::NAN, friction: f64::NAN, wear: f64::NAN };
-        let contacts = vec![loss; joints];
-        Self { start_energy: f64::NAN, input: f64::NAN, damping: f64::NAN, contacts, sectors: Vec::new() }
+        Self {
+            start_energy: f64::NAN,
+            input: f64::NAN,
+            damping: f64::NAN,
+            contacts: vec![loss; joints],
+            sectors: Vec::new(),
+            dry_joints: vec![f64::NAN; dry_joints],
+        }
     }
 
     /// Records the energy of the present state as that of the start.
@@ -59,9 +68,11 @@ impl Work {
         }
     }
 
-    /// Energy dissipated in contacts and dampers [J].
+    /// Energy dissipated in contacts, joints and dampers [J].
     pub fn losses(&self) -> f64 {
-        self.contacts.iter().map(|loss| loss.impact + loss.friction).sum::<f64>() + self.damping
+        self.contacts.iter().map(|loss| loss.impact + loss.friction).sum::<f64>()
+            + self.dry_joints.iter().sum::<f64>()
+            + self.damping
     }
 
     /// Adds the powers of the present state over a time `dt` [s], of which `input` is that of drives and applied
@@ -77,6 +88,9 @@ impl Work {
         }
         for (index, sectors) in self.sectors.iter_mut().enumerate() {
             dynamics.add_wear_by_sector(index, dt, sectors);
+        }
+        for (index, sum) in self.dry_joints.iter_mut().enumerate() {
+            *sum += dynamics.dry_loss(index) * dt;
         }
     }
 }
