@@ -126,6 +126,15 @@ pub enum JointFriction {
 }
 
 impl JointFriction {
+    /// Names of outputs: friction on the second body, power dissipated, whether the joint sticks, energy dissipated.
+    pub fn outputs(&self) -> [&'static str; 4] {
+        let friction = match self {
+            JointFriction::Journal { .. } => "friction_torque",
+            JointFriction::Guide { .. } => "friction_force",
+        };
+        [friction, "friction_power", "sticking", "friction_loss"]
+    }
+
     /// The largest friction under a reaction [N m or N] and its derivatives. The reaction is a force in two components [N],
     /// or the force across a guide [N] and its moment [N m].
     ///

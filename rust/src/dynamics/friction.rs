@@ -440,6 +440,15 @@ impl Dynamics<'_> {
         self.friction.as_ref().map_or(f64::NAN, |friction| friction.limits[index])
     }
 
+    /// Friction, power or whether it sticks, by its place in [`crate::contact::friction::JointFriction::outputs`].
+    pub fn dry_value(&self, index: usize, quantity: usize) -> f64 {
+        match quantity {
+            0 => self.dry_effort(index),
+            1 => self.dry_loss(index),
+            _ => f64::from(self.tractions()[index].sticks()),
+        }
+    }
+
     /// Power dissipated in a joint [W], after [`Dynamics::acceleration`].
     pub fn dry_loss(&self, index: usize) -> f64 {
         let velocity = self.dry_velocity(index);

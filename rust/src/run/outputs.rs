@@ -1,9 +1,6 @@
 //! The named columns of a trajectory.
 
-use std::ops::Range;
-
 use crate::contact::film::FilmForce;
-use crate::contact::friction::JointFriction;
 use crate::contact::pair::Phase;
 use crate::contact::pair::Surfaces;
 use crate::dynamics::{Dynamics, SlotContact, Wrench};
@@ -13,7 +10,6 @@ use crate::run::work::Work;
 use crate::scene::parts::ENERGY as ENERGY_OUTPUT;
 use crate::tree::elements::{Guide, IdealKind, Realization};
 use crate::tree::forces::Film;
-use crate::tree::friction::DryJoint;
 use crate::tree::kinematics::{PointState, Vec2};
 
 /// Quantities of a body; x and y are those of its center of mass.
@@ -53,12 +49,6 @@ const FILM: [&str; 6] =
     ["eccentricity_ratio", "film_force_x", "film_force_y", "film_torque", "film_thickness", "film_loss"];
 /// Quantities of a torsion spring or damper; the torque is that on the second body.
 const TORSION: [&str; 2] = ["angle", "torque"];
-/// Quantities of friction in an ideal joint: on the second body of a revolute or prismatic one, power lost, whether it
-/// sticks, energy lost since the start of the run.
-const DRY_JOINT: [[&str; 4]; 2] = [
-    ["friction_torque", "friction_power", "sticking", "friction_loss"],
-    ["friction_force", "friction_power", "sticking", "friction_loss"],
-];
 /// What a coupling exerts on an angle or on a displacement: on the driven one, on the driver.
 const COUPLING: [[&str; 2]; 2] = [["torque", "driver_torque"], ["force", "driver_force"]];
 /// Force on the driven teeth, where a pressure angle is given; with backlash the transmission error too.
@@ -154,7 +144,10 @@ fn usual_columns(mechanism: &Mechanism) -> Vec<Named> {
             slot.backlash.is_none() || !matches!(column, Column::Joint(_, SLIDING | FRICTION))
         }));
     }
-    columns.extend(columns_of_friction(mechanism, 0..3));
+    for (index, dry) in mechanism.dry_joints.iter().enumerate() {
+        let quantities = &dry.law.outputs()[..3];
+        columns.extend(named(mechanism.dry_joint_name(index), quantities, |k| Column::DryJoint(index, k)));
+    }
     for (index, driven) in mechanism.driven.iter().enumerate() {
         let effort = if driven.is_angle { "torque" } else { "force" };
         columns.push((format!("{}.{effort}", driven.name), Column::Drive(index)));
@@ -169,18 +162,6 @@ fn usual_columns(mechanism: &Mechanism) -> Vec<Named> {
         columns.extend(of_teeth.filter(|_| mesh.is_some()));
     }
     columns
-}
-
-/// Some of the quantities of the friction of all ideal joints.
-fn columns_of_friction(mechanism: &Mechanism, quantities: Range<usize>) -> Vec<Named> {
-    let of = |(index, joint): (usize, &DryJoint)| {
-        let names = DRY_JOINT[usize::from(matches!(joint.law, JointFriction::Guide { .. }))];
-        let named = |k: usize| {
-            (format!("{}.{}", mechanism.dry_joint_name(index), names[k]), Column::DryJoint(index, k))
-        };
-        quantities.clone().map(named).collect::<Vec<Named>>()
-    };
-    mechanism.dry_joints.iter().enumerate().flat_map(of).collect()
 }
 
 fn further_columns(mechanism: &Mechanism) -> Vec<Named> {
@@ -207,7 +188,10 @@ fn further_columns(mechanism: &Mechanism) -> Vec<Named> {
         let losses = if slot.backlash.is_none() { &LOSS[..] } else { &LOSS[..1] };
         columns.extend(named(&slot.name, losses, |k| Column::Loss(index, k)));
     }
-    columns.extend(columns_of_friction(mechanism, 3..4));
+    for (index, dry) in mechanism.dry_joints.iter().enumerate() {
+        let loss = format!("{}.{}", mechanism.dry_joint_name(index), dry.law.outputs()[3]);
+        columns.push((loss, Column::DryJoint(index, 3)));
+    }
     for (index, driven) in mechanism.driven.iter().enumerate() {
         columns.push((format!("{}.power", driven.name), Column::DrivePower(index)));
     }
@@ -311,10 +295,8 @@ impl Needs {
                     needs.reactions = true;
                 }
                 Column::Loss(..) | Column::SectorWear(..) => needs.work = true,
-                Column::DryJoint(_, quantity) => {
-                    needs.acceleration |= *quantity < 2;
-                    needs.work |= *quantity == 3;
-                }
+                Column::DryJoint(_, 3) => needs.work = true,
+                Column::DryJoint(..) => needs.acceleration = true,
                 Column::Energy(quantity) => {
                     needs.contacts = true;
                     needs.work |= *quantity >= 4;
@@ -373,12 +355,8 @@ impl Column {
                 let torsion = &tree.torsions[index];
                 [relative_rotation(dynamics, torsion.bodies, 0), dynamics.torsion_torque(torsion)][quantity]
             }
-            Column::DryJoint(index, quantity) => match quantity {
-                0 => dynamics.dry_effort(index),
-                1 => dynamics.dry_loss(index),
-                2 => f64::from(dynamics.tractions()[index].sticks()),
-                _ => work.dry_joints[index],
-            },
+            Column::DryJoint(index, 3) => work.dry_joints[index],
+            Column::DryJoint(index, quantity) => dynamics.dry_value(index, quantity),
             Column::Coupling(index, quantity) => dynamics.coupling_efforts(index)[quantity],
             Column::Place(index, quantity) => {
                 let [_, touching] = dynamics.touching_points(&tree.slots[index]);
@@ -491,10 +469,7 @@ fn energy_value(dynamics: &Dynamics, work: &Work, quantity: usize) -> f64 {
         3 => dynamics.total_energy(),
         4 => work.input,
         5 => work.contacts.iter().map(|loss| loss.impact).sum(),
-        6 => {
-            let of_contacts = work.contacts.iter().map(|loss| loss.friction).sum::<f64>();
-            of_contacts - dynamics.carried_energies() + work.dry_joints.iter().sum::<f64>()
-        }
+        6 => work.friction() - dynamics.carried_energies(),
         7 => work.damping,
         _ => {
             dynamics.total_energy() - work.start_energy - work.input + work.losses()

@@ -68,6 +68,12 @@ impl Work {
         }
     }
 
+    /// Energy dissipated by friction in contacts and joints [J].
+    pub fn friction(&self) -> f64 {
+        let of_contacts = self.contacts.iter().map(|loss| loss.friction).sum::<f64>();
+        of_contacts + self.dry_joints.iter().sum::<f64>()
+    }
+
     /// Energy dissipated in contacts, joints and dampers [J].
     pub fn losses(&self) -> f64 {
         self.contacts.iter().map(|loss| loss.impact + loss.friction).sum::<f64>()
