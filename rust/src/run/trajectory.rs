@@ -326,10 +326,7 @@ fn run(
 fn finished(mut system: System, mut outcome: Outcome, mut end: State) -> Trajectory {
     let mechanism = system.motion.mechanism;
     let name_of = |index: usize| event_joint(mechanism, index).to_owned();
-    let fault = friction_fault(&system, outcome.status);
-    if fault.is_some() {
-        outcome.status = Status::FrictionIndeterminate;
-    }
+    let fault = friction_fault(&system, &mut outcome);
     let paradox = match outcome.status {
         Status::Done | Status::Cancelled | Status::Projection | Status::FrictionIndeterminate => None,
         _ => system.motion.dynamics.paradoxical_contact(outcome.time, &end.q, &end.v),
@@ -356,13 +353,8 @@ fn finished(mut system: System, mut outcome: Outcome, mut end: State) -> Traject
     };
     let slot = fault.map(|(index, _)| joints + index).or(slot);
     let load = switch.and_then(|switch| mechanism.load_of_switch(switch)).map(|(load, _)| load);
-    let load_message = match fault {
-        Some((_, bound)) => format!(
-            "; it changes the reaction that causes it by {bound:.6} of itself, and below 1 there is one solution: a block \
-             that jams, or a journal larger than the arm of its load; reduce the coefficient or change the lengths"
-        ),
-        None => load_message(&mut system, &outcome, load, &end),
-    };
+    let load_message =
+        fault.map_or_else(|| load_message(&mut system, &outcome, load, &end), friction_message);
     let features = system.tracking.values(outcome.time, &events, &contacts, joints);
     Trajectory {
         t: Vec::new(),
@@ -389,14 +381,25 @@ fn finished(mut system: System, mut outcome: Outcome, mut end: State) -> Traject
     }
 }
 
-/// The joint whose friction has two solutions or none where a run failed, with how much friction changes itself.
-fn friction_fault(system: &System, status: Status) -> Option<(usize, f64)> {
+/// The joint whose friction has two solutions or none where a run failed, which its status then says, with how much friction
+/// changes itself.
+fn friction_fault(system: &System, outcome: &mut Outcome) -> Option<(usize, f64)> {
     let Motion { dynamics, inside, .. } = &system.motion;
-    match status {
+    let fault = match outcome.status {
         Status::NonFinite | Status::SingularMechanism | Status::StepUnderflow => dynamics.friction_fault(),
         Status::EventLocation => dynamics.friction_fault().or(inside.friction_fault()),
         _ => None,
-    }
+    }?;
+    outcome.status = Status::FrictionIndeterminate;
+    Some(fault)
+}
+
+/// What a message should say of it.
+fn friction_message((_, bound): (usize, f64)) -> String {
+    format!(
+        "; it changes the reaction that causes it by {bound:.6} of itself, and below 1 there is one solution: a block that \
+         jams, or a journal larger than the arm of its load; reduce the coefficient or change the lengths"
+    )
 }
 
 /// What a message should say of the forces and torques that depend on the motion, where a run failed.

@@ -33,6 +33,9 @@ impl Scene {
         let ends: Vec<Ends> = self.joints.iter().map(|joint| self.ends(joint)).collect();
         for (index, joint) in self.joints.iter().enumerate() {
             self.check_joint(&mut checker, &format!("joints[{index}]"), index, joint, &ends);
+            if let Joint::Ideal { friction: Some(law), .. } = joint {
+                checker.joint_friction(&format!("joints[{index}].friction"), law);
+            }
         }
         for (index, force) in self.forces.iter().enumerate() {
             self.check_force(&mut checker, &format!("forces[{index}]"), index, force);
@@ -119,9 +122,6 @@ impl Scene {
             checker.result(&format!("{path}.{field}"), self.attachment(reference)).map(|end| end.body)
         });
         checker.apart(path, ends);
-        if let Joint::Ideal { friction: Some(law), .. } = joint {
-            checker.joint_friction(&format!("{path}.friction"), law);
-        }
         match joint {
             Joint::Ideal { kind: JointKind::Revolute, .. } => {}
             Joint::Ideal { kind: JointKind::Prismatic { axis, angle }, .. } => {
