@@ -185,8 +185,9 @@ impl Dynamics<'_> {
     pub(super) fn teeth_on_closure(&self, closure: usize) -> Vec2 {
         let mut sum = Vec2::zeros();
         for (index, (_, mesh)) in self.tree.all_couplings().enumerate() {
-            for (_, factor) in mesh.iter().flat_map(|mesh| &mesh.cut).filter(|(cut, _)| *cut == closure) {
-                sum += mesh.map_or(sum, |mesh| *factor * self.force_on_teeth(index, mesh));
+            let Some(mesh) = mesh else { continue };
+            for (_, factor) in mesh.cut.iter().filter(|(cut, _)| *cut == closure) {
+                sum += *factor * self.force_on_teeth(index, mesh);
             }
         }
         sum
