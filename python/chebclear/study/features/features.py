@@ -29,7 +29,7 @@ from ..polynomials.points import leaves_out, nominal_point, on_cube
 from .effects import Effects, find_effects
 from .narrowing import find_narrowing
 from .ranking import Rank, Ranking
-from .reach import FeatureInterval, find_interval
+from .reach import FeatureInterval, find_interval, find_reach
 from .swept import SweptRun
 
 if TYPE_CHECKING:
@@ -210,10 +210,7 @@ class FeatureResult(records.ArrayRecord):
     @cached_property
     def interval(self) -> FeatureInterval:
         """How far the feature reaches over the box."""
-        table = self.table
-        filled = not table.failed and not table.leaves_out
-        points = np.vstack([table.points, table.nominal_point])
-        values = np.vstack([self.values, self.nominal])
+        table, (points, values, filled) = self.table, self._at_points()
         reach = find_interval(points, values, table.random, filled=filled)
         share = len(self.values) / (len(self.values) + table.failed)
         return replace(
@@ -222,6 +219,18 @@ class FeatureResult(records.ArrayRecord):
             whole_run=reach.whole_run * share,
             tolerated=reach.tolerated * share,
         )
+
+    @cached_property
+    def ends(self) -> tuple[float, float]:
+        """Ends of the `interval` alone, without its shares, which take ten times as long."""
+        lower, upper, _ = find_reach(*self._at_points())
+        return lower, upper
+
+    def _at_points(self) -> tuple[Array, Array, bool]:
+        """Points and values of all runs, the nominal one last, and whether they fill the box."""
+        table = self.table
+        points = np.vstack([table.points, table.nominal_point])
+        return points, np.vstack([self.values, self.nominal]), not table.failed and not table.leaves_out
 
     @cached_property
     def effects(self) -> Effects:

@@ -60,12 +60,12 @@ def find_interval(points: Array, values: Array, random: bool, *, filled: bool) -
     have failed and the points leave out no part of it: else no polynomial is extrapolated.
     """
     runs = len(values) - 1
-    lower, upper, resolved = _reach(points, values, filled)
+    lower, upper, resolved = find_reach(points, values, filled)
     folds = np.append(np.arange(runs) % _FOLDS, _FOLDS)  # the nominal run is never left out
     inside = 0
     for fold in range(min(_FOLDS, runs)):
         out = folds == fold
-        low, high, _ = _reach(points[~out], values[~out], filled)
+        low, high, _ = find_reach(points[~out], values[~out], filled)
         inside += int(np.count_nonzero(np.all((values[out] >= low) & (values[out] <= high), axis=1)))
     return FeatureInterval(
         lower=lower,
@@ -77,7 +77,7 @@ def find_interval(points: Array, values: Array, random: bool, *, filled: bool) -
     )
 
 
-def _reach(points: Array, values: Array, filled: bool) -> tuple[float, float, bool]:
+def find_reach(points: Array, values: Array, filled: bool) -> tuple[float, float, bool]:
     """Lower and upper end from some runs, and whether a polynomial follows them in the whole box.
 
     The rule is that of bands: the error of the polynomial at a run that it was made without counts against

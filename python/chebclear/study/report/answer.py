@@ -103,8 +103,7 @@ def _movement(result: StudyResult) -> Iterator[str]:
     elif result.features:
         feature = result.features[result.features.names[0]]
         assert isinstance(feature, FeatureResult)
-        reach = feature.interval
-        text = format_range((reach.lower, reach.upper), feature.unit)
+        text = format_range(feature.ends, feature.unit)
         yield f"{feature.name} is within {text} over the tolerances."
 
 
@@ -116,9 +115,7 @@ def _when(band: Band) -> str:
 
 def _force(result: StudyResult) -> Iterator[str]:
     found = [
-        (one.interval.upper, one.name, float(np.max(one.nominal)))
-        for one in features_of(result)
-        if one.unit == "N"
+        (one.ends[1], one.name, float(np.max(one.nominal))) for one in features_of(result) if one.unit == "N"
     ]
     found += [
         (extent(result, band)[1], band.name, float(band.nominal.max()))

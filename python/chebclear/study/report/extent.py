@@ -26,8 +26,8 @@ def extent(result: StudyResult, band: Band) -> tuple[float, float]:
     """
     lower, upper = at_samples(band)
     lowest, peak = (asked_end(result, band, end) for end in ("lowest", "peak"))
-    lower = lower if lowest is None else min(lower, lowest.interval.lower)
-    return lower, upper if peak is None else max(upper, peak.interval.upper)
+    lower = lower if lowest is None else min(lower, lowest.ends[0])
+    return lower, upper if peak is None else max(upper, peak.ends[1])
 
 
 def at_samples(band: Band) -> tuple[float, float]:

@@ -107,7 +107,7 @@ def _head(result: StudyResult) -> str:
 
 def _row(result: StudyResult, band: Band) -> list[str]:
     """One output in a line."""
-    peak = (asked_end(result, band, "peak") or sampled_end(result, band, "peak")).interval
+    peak = asked_end(result, band, "peak") or sampled_end(result, band, "peak")
     checked = {case.output: case for case in result.worst_cases if case.side == "upper"}.get(band.name)
     simulated = f"{band.hull[1].max():.5g} (largest run)"
     if checked is not None:
@@ -118,7 +118,7 @@ def _row(result: StudyResult, band: Band) -> list[str]:
         band.verdict,
         percent(band.coverage),
         percent(band.whole_run),
-        format_ends(peak.lower, peak.upper, 5),
+        format_ends(*peak.ends, 5),
         f"{band.upper.max() if checked is None else checked.predicted:.5g}",
         simulated,
     ]
