@@ -18,11 +18,6 @@ from chebclear.study.report.document import study_document, verdict_table
 from chebclear.study.report.extent import extent
 
 
-def test_no_estimate_is_minus_zero():
-    assert str(Estimate(-0.001, -0.03, 0.004)) == "0 % (-3 to 0)"
-    assert str(Estimate(float("nan"), 0.0, 1.0)).startswith("nan %")
-
-
 def test_a_column_is_flush_right_if_all_of_it_are_numbers():
     table = Table("c", ["a", "b", "c", "d"], [["x", "1 mm", "2", "-"], ["y", "-", "auto", "-"]])
     assert [table.in_numbers(column) for column in range(4)] == [False, True, False, False]
@@ -108,17 +103,6 @@ def test_rows_that_read_the_same_are_judged_the_same():
         sentences = [text for text in ranking.advice() if row.parameter in text.split(":")[0].split()]
         word = {True: "halving", False: "tightening"}.get(row.helps)
         assert [text.split()[0] for text in sentences] == ([word] if word else [])
-
-
-def test_two_rows_of_two_percent():
-    small = Estimate(0.02, 0.0004, 0.04), Estimate(0.02, 0.0, 0.04)
-    rows = [Rank("xl", Estimate(0.4, 0.3, 0.5), Estimate(0.65, 0.6, 0.7), None)]
-    rows += [
-        Rank(name, one, Estimate(0.02, 0.0, 0.1), None) for name, one in zip(("r", "yl"), small, strict=True)
-    ]
-    ranking = Ranking("f", tuple(rows), Estimate(0.0, 0.0, 0.0), Estimate(0.3, 0.2, 0.4))
-    told = ranking.advice()
-    assert len(told) == 3 and all(text.startswith("tightening") for text in told[1:])
 
 
 def test_how_far_an_output_moves_holds_the_peaks_of_its_runs_between_the_samples():

@@ -342,9 +342,7 @@ def heavy_rod(convention, coefficient=0.62, **choices):
 
 def unbalanced(run):
     """What a run warns of: the part of the largest energy that it cannot explain."""
-    texts = [text for text in run.warnings if text.startswith("the energy balance has an error")]
-    assert len(texts) <= 1
-    return float(texts[0].split(" J, ")[1].split(" %")[0]) / 100.0 if texts else 0.0
+    return sum(one.numbers["share"] for one in run.notices if one.code == "energy_balance")
 
 
 PINS = {"clearance": 2e-4, "clearance_at": ("crank_pin", "wrist"), "crank_speed": cc.rpm(650.0)}

@@ -1,7 +1,5 @@
 """The least impact velocity that a contact latches, where the scene does not give one."""
 
-import warnings
-
 import chebclear as cc
 import numpy as np
 import pytest
@@ -43,19 +41,6 @@ def test_an_error_estimate_includes_the_floor(rtol):
         error = np.max(np.abs(run[output] - exact[output]))
         # It converges with the fourth root of the floor: two tolerances differ by 0.44 of the error.
         assert error <= 3.0 * run.error[output].max_difference
-
-
-def test_the_warning_of_a_slow_impact_says_what_to_do():
-    def message(scene):
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            cc.simulate(scene, duration=0.02, samples=3, rtol=1e-3)
-        return next(str(warning.message) for warning in caught if "impacts began" in str(warning.message))
-
-    default = message(slow_impact())
-    assert 'joint "pin"' in default and "1 of 1 impacts" in default and "a smaller rtol" in default
-    given = message(slow_impact(0.1))
-    assert "impact_velocity_floor of 1.0e-1 m/s" in given and "a lower one" in given
 
 
 def test_the_floor_told_is_that_of_the_default_tolerance():

@@ -12,7 +12,6 @@ import threading
 import time
 import types
 import warnings
-from pathlib import Path
 
 import chebclear as cc
 import numpy as np
@@ -20,7 +19,6 @@ import pytest
 from chebclear.base import progress
 from interrupts import work_after_interrupt
 
-DATA = Path(__file__).parents[2] / "data"
 GRAVITY = 9.81  # [m/s^2]
 
 
@@ -80,21 +78,6 @@ def test_a_driven_crank_turns_as_told():
     np.testing.assert_allclose(run["crank.ay"], -(speed**2) * length * np.sin(turned), atol=1e-9)
     # At constant speed the motor does nothing but hold the weight.
     np.testing.assert_allclose(run["motor.torque"], 1.5 * GRAVITY * length * np.cos(turned), atol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("file", "convention"),
-    [("slider_crank_as_printed.csv", "as_printed"), ("slider_crank_physical.csv", "corrected")],
-)
-def test_the_papers_mechanism_follows_the_reference_trajectory(file, convention):
-    # Columns and source: header of the file. The floor of the impact velocity is that of the reference.
-    reference = np.loadtxt(DATA / file, delimiter=",")[:101]
-    assert reference[-1, 0] == pytest.approx(0.01)
-    scene = cc.mechanisms.slider_crank(convention=convention, impact_velocity_floor=1e-6)
-    run = cc.simulate(scene, duration=0.01, samples=101, rtol=1e-9)
-    assert np.abs(run["slider.vx"] - reference[:, 2]).max() < 1e-4
-    assert np.abs(run["slider.x"] - reference[:, 1]).max() < 1e-7
-    assert np.abs(run["wrist.penetration"] - reference[:, 4]).max() < 1e-7
 
 
 def test_columns_are_views_and_unknown_ones_are_named(run):

@@ -67,12 +67,6 @@ def test_json_round_trip_is_exact(scene):
     assert cc.Scene.from_json(scene.to_json(indent=2)) == scene
 
 
-@pytest.mark.parametrize("number", AWKWARD)
-def test_every_number_survives_json(number):
-    scene = cc.Scene([cc.Body("a", mass=number, inertia=1.0)], [])
-    assert cc.Scene.from_json(scene.to_json()).bodies[0].mass.hex() == float(number).hex()
-
-
 def test_numbers_that_are_not_finite_are_written_as_words_and_read_back():
     scene = cc.Scene([cc.Body("a", mass=math.inf, inertia=-math.inf, center_of_mass=(math.nan, 0.0))], [])
     written = json.loads(scene.to_json())["bodies"][0]

@@ -107,12 +107,6 @@ class TestNominal:
         side = pendulum("rel = 0.02").intervals["length"]
         assert side == cc.Interval(side.lower, side.upper)
 
-    def test_is_shown(self, tmp_path):
-        result = pendulum().study().scan(3)
-        assert "length: 0.4 to 0.408, nominal 0.4 m" in str(result)
-        text = result.report(tmp_path / "report").read_text(encoding="utf-8")
-        assert "+8 mm / -0 mm" in text and "nominal=0.4" in text
-
     def test_is_where_sensitivities_are_taken(self):
         # x = a² t has the slope 2 a t.
         t = np.linspace(0.0, 1.0, 5)

@@ -70,20 +70,6 @@ def test_a_value_whose_square_is_no_number_is_told_with_its_output():
         cc.Study(huge, {"a": cc.Interval.around(1.0, rel=0.1)}).band(9)
 
 
-@pytest.mark.parametrize("ask", ["scan", "sample", "band"])
-def test_every_kind_of_study_prints(study, ask):
-    result = study.band(99, coverage=0.9) if ask == "band" else getattr(study, ask)()
-    text = str(result)
-    assert text.startswith(f"{ask}: 2 parameters")
-    assert ("inner bounds" in text) == (ask != "band")
-    assert ("whatever the mechanism" in text) == (ask == "band")
-
-
-def test_a_study_without_outputs_prints_its_features():
-    result = cc.Study(lambda a, b: {"product": a * b}, BOX).sample(20)
-    assert "product: 1.62 to 2.42 (resolved)" in str(result)
-
-
 def test_a_peak_that_was_asked_for_is_that_of_the_motion():
     sides = {"crank_length": cc.Interval.around(0.05, rel=0.1)}
     options = {"duration": 2e-3, "samples": 5, "rtol": 1e-4}
@@ -171,34 +157,6 @@ def test_a_band_without_a_polynomial_names_what_to_use_instead(study):
             cc.errors.ArgumentError, match=rf"noise \({result['noise'].verdict}\) .* features of the runs"
         ):
             result["noise"].sensitivity("a")
-
-
-def test_peaks_of_a_model_are_those_of_its_samples():
-    study = cc.Study(model, BOX, features={"peak": cc.features.peak("x")})
-    assert "between the samples" not in str(study.sample(12))
-
-
-def test_a_ranking_says_what_is_certain_of_it():
-    x = np.linspace(0.0, 1.0, 40)
-    points = {"a": x, "b": (x * 7.3) % 1.0}
-    noise = np.random.default_rng(4).exponential(size=40)
-    scattered = cc.Study.from_runs(points, None, {"force": noise}).sample().ranking("force")
-    text = str(scattered).splitlines()
-    assert text[0] == "force: effect of each parameter, in brackets its interval of 95 % confidence"
-    assert text[-1].startswith("no single tolerance is certain to narrow it: ")
-    assert f"{scattered.scatter} of the spread is scatter that no parameter explains" in text[-1]
-    assert text[-1].endswith("more runs narrow the intervals in brackets")
-    certain = str(cc.Study.from_runs(points, None, {"force": points["a"]}).sample().ranking("force"))
-    assert "halving the interval of a narrows it by 50 %" in certain and "no single" not in certain
-
-
-def test_what_a_feature_promises_of_a_further_run():
-    text = str(cc.Study(lambda a, b: {"product": a * b}, BOX).sample(20).features["product"])
-    # Of n runs in random order the next one is between their extremes with (n - 1) / (n + 1).
-    promise = (
-        "of the runs are in the interval of the others, a further run with a probability of at least 90.47 %"
-    )
-    assert promise in text and text.endswith("; at least 78.38 % of all mechanisms with 95 % confidence")
 
 
 def test_a_table_with_a_wrong_run_says_which():
