@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any, overload
+from typing import overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,13 @@ class Costs(Sequence[Stats]):
     @classmethod
     def joined(cls, parts: Iterable[Sequence[Stats]]) -> Costs:
         """Those of some runs and then of others."""
-        return cls(np.concatenate([np.empty((0, len(STATS))), *map(_as_counts, parts)]))
+        counts = (
+            costs.counts
+            if isinstance(costs, Costs)
+            else np.array([dataclasses.astuple(one) for one in costs])
+            for costs in parts
+        )
+        return cls(np.concatenate([one.reshape(-1, len(STATS)) for one in [np.empty(0), *counts]]))
 
     def __reduce__(self) -> tuple[type[Costs], tuple[Array]]:
         return Costs, (self.counts,)
@@ -58,10 +64,3 @@ class Costs(Sequence[Stats]):
 
     def __repr__(self) -> str:
         return f"<Costs: {len(self)} runs>"
-
-
-def _as_counts(costs: Sequence[Stats]) -> Array:
-    if isinstance(costs, Costs):
-        return costs.counts
-    rows: list[tuple[Any, ...]] = [dataclasses.astuple(one) for one in costs]
-    return np.array(rows, dtype=float).reshape(len(rows), len(STATS))

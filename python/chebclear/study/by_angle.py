@@ -82,13 +82,8 @@ def _constant(
     kept, period = revolutions - discard, 2.0 * math.pi / abs(drive.speed)
     sense = 1 if drive.speed > 0.0 else -1
     turns = Revolutions(drive.joint, kept, discard, drive.angle, sense, settings.samples)
-    samples = _affordable(kept * (settings.samples - 1) + 1)
-    return (
-        dataclasses.replace(
-            settings, skip=discard * period, duration=kept * period, samples=samples, cycles=kept
-        ),
-        turns,
-    )
+    settings = dataclasses.replace(settings, samples=_affordable(kept * (settings.samples - 1) + 1))
+    return dataclasses.replace(settings, skip=discard * period, duration=kept * period, cycles=kept), turns
 
 
 def _measured(
@@ -124,17 +119,9 @@ def _measured(
         raise ArgumentError(f'"{crank}" does not turn: a band by crank angle needs revolutions')
     steps_of_turn = max(_OVERSAMPLING * (settings.samples - 1), LEAST_STEPS)
     steps = steps_of_turn * fastest * duration / (2.0 * math.pi)
-    shown = column in names
-    turns = Revolutions(
-        crank,
-        revolutions - discard,
-        discard,
-        float(angle[0]),
-        1 if angle[-1] >= angle[0] else -1,
-        settings.samples,
-        column,
-        shown,
-    )
+    shown, sense = column in names, 1 if angle[-1] >= angle[0] else -1
+    start, each = float(angle[0]), settings.samples
+    turns = Revolutions(crank, revolutions - discard, discard, start, sense, each, column, shown)
     samples = _affordable(math.ceil(steps) + 1)
     outputs = tuple(names) if shown else (*names, column)
     made = dataclasses.replace(settings, skip=0.0, duration=duration, samples=samples, outputs=outputs)

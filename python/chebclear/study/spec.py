@@ -54,35 +54,9 @@ class StudySpec:
     It is saved, pickled and compared as plain values: a ready-made mechanism by its name, a scene file by its
     text. Python functions do not travel into files; `missing` names them, and `study` needs all of them.
 
-    Attributes
-    ----------
-    build : callable
-        The mechanism, template or function of the study.
-    parameters : Mapping[str, Interval | Distribution]
-        The parameters as they were given [SI units].
-    outputs : tuple[str, ...] | None
-        Names or patterns of the outputs; None if none were given.
-    settings : Settings | None
-        Settings of a run; None for a model of the user's own.
-    rtol_given : bool
-        Whether the user said the tolerance.
-    fixed : Mapping[str, Any]
-        Keywords that are the same for all runs.
-    features : Mapping[str, Feature | callable]
-        Features of every run by name.
-    units : Mapping[str, str]
-        Units that the user gave by name.
-    cycles : int
-        Equal pieces of the time, each with features of its own [-].
-    on_failure : {"collect", "raise"}
-        Treatment of failed runs.
-    run_seconds : float | None
-        Time limit of a run [s].
-    requirements : Mapping[str, Specification]
-        Limits that outputs and features must keep to, by name.
-    table : bool
-        Whether the runs were a table of finished ones, to which none can be added.
-    """
+    Its fields are the arguments of `Study` of the same names, with two more: `rtol_given` says whether the
+    user said the tolerance, `table` whether the runs were a table of finished ones, to which none can be
+    added."""
 
     build: Callable[..., Any]
     parameters: Mapping[str, Interval | Distribution]

@@ -95,7 +95,8 @@ class Calling(Source):
 
     def take(self, count: int) -> Task | None:
         if self.first is not None:
-            count = min(count, max(1, _MOST_BYTES // max(1, self._bytes(self.first))))
+            values = len(self.first.t) * (1 + len(self.first.series)) + len(self.first.numbers)
+            count = min(count, max(1, _MOST_BYTES // (8 * max(1, values))))
         runs: list[int] = []
         while len(runs) < count and self._taken < self.total:
             number = self._numbers[self._taken]
@@ -205,10 +206,6 @@ class Calling(Source):
     def _key(self, number: int) -> bytes:
         text = json.dumps(dict(sorted(self._given[number].items())))
         return hashlib.sha256(text.encode()).digest()[:KEY_BYTES]
-
-    @staticmethod
-    def _bytes(run: ReturnedRun) -> int:
-        return 8 * (len(run.t) * (1 + len(run.series)) + len(run.numbers))
 
 
 def _piece(first: ReturnedRun, runs: Sequence[ReturnedRun]) -> Piece:

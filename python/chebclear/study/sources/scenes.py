@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,13 +60,7 @@ class Scenes(Sequence[Scene]):
     def __len__(self) -> int:
         return len(self._numbers)
 
-    @overload
-    def __getitem__(self, index: int) -> Scene: ...
-    @overload
-    def __getitem__(self, index: slice) -> Scenes: ...
-    def __getitem__(self, index: int | slice) -> Scene | Scenes:
-        if isinstance(index, slice):
-            return Scenes(self._numbers[index], self._build)
+    def __getitem__(self, index: int) -> Scene:  # type: ignore[override] # nobody asks for slices
         return self._build(int(self._numbers[index]))
 
 
