@@ -237,12 +237,12 @@ def reference(name: str, folder: Path, hull_runs: int, fresh_runs: int) -> dict[
     lower = upper = None
     for start in range(0, hull_runs, 1000):
         points = random_points(study.intervals, 0, min(1000, hull_runs - start), seed=10_000 + start)
-        values = study.runner.simulated(points, study.runner.settings, midpoint=False).values
+        values = study.runner.made(points, study.runner.settings, midpoint=False).values
         low, high = values.min(axis=0), values.max(axis=0)
         lower = low if lower is None else np.minimum(lower, low)
         upper = high if upper is None else np.maximum(upper, high)
     points = random_points(study.intervals, 0, fresh_runs, seed=9_999)
-    fresh = study.runner.simulated(points, study.runner.settings, midpoint=False).values
+    fresh = study.runner.made(points, study.runner.settings, midpoint=False).values
     np.savez(path, lower=lower, upper=upper, fresh=fresh)
     return {"lower": lower, "upper": upper, "fresh": fresh}
 

@@ -99,7 +99,7 @@ def designed(study: cc.Study, runs: int) -> tuple[np.ndarray, np.ndarray, float]
     """Points in [-1, 1], values (runs, samples, outputs) and the time of a random design."""
     start = time.process_time()
     points = random_points(study.intervals, 0, runs, seed=1)
-    values = np.asarray(study.runner.simulated(points, study.runner.settings, midpoint=False).values)
+    values = np.asarray(study.runner.made(points, study.runner.settings, midpoint=False).values)
     ends = np.array([[each.lower, each.upper] for each in study.intervals.values()])
     scaled = (2.0 * np.asarray(points) - ends.sum(axis=1)) / (ends[:, 1] - ends[:, 0])
     return scaled, values, time.process_time() - start

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -97,29 +97,20 @@ def end_of(error: Exception, where: str) -> End:
     return End(where, str(error) if isinstance(error, CallError) else error_text(error))
 
 
-def run_to_raise(
-    failed: Mapping[int, End], runs: int, nominal: int, execution: ExecutionOptions
-) -> int | None:
-    """The failed run that must be raised, if one must: the nominal one, or the first if most failed.
-
-    `failed` are those that were begun, of so many `runs` in all.
-    """
-    if not failed:
-        return None
-    if execution.on_failure == "raise":
-        return min(failed)
-    if nominal in failed:
-        return nominal
-    return min(failed) if len(failed) > execution.most_failed * runs or len(failed) == runs else None
-
-
-def error_to_raise(
-    error: Exception, failed: Mapping[int, End], runs: int, execution: ExecutionOptions
-) -> Exception:
-    """The error of the run that must be raised; `AllFailedError` if all may fail and did."""
-    if execution.on_failure == "raise" or execution.most_failed < 1.0 or len(failed) < runs:
-        return error
-    return AllFailedError(error)
+def require_success(
+    failed: Mapping[int, End],
+    runs: int,
+    nominal: int | None,
+    execution: ExecutionOptions,
+    error_of: Callable[[int], Exception],
+) -> None:
+    """Raise the error of the nominal run if it is among those that were begun and failed, or of the first of
+    them if most of so many runs did or any must; `AllFailedError` if all may fail and did."""
+    must, most = execution.on_failure == "raise", execution.most_failed
+    if not failed or not (must or nominal in failed or len(failed) > most * runs or len(failed) == runs):
+        return
+    error = error_of(min(failed) if must or nominal is None or nominal not in failed else nominal)
+    raise error if must or most < 1.0 or len(failed) < runs else AllFailedError(error)
 
 
 def failure_notices(failures: Sequence[FailedRun], runs: int) -> tuple[Notice, ...]:

@@ -21,6 +21,7 @@ from ..execution.failures import count_failed
 from ..execution.memory import Usage, study_memory, taken
 from ..execution.plan import Plan, seconds_of
 from ..run.settings import Settings
+from ..scene.distributions import Uniform
 from .band.notices import doubts, early_widths, told_holes
 from .band.worst import WorstCase, predicted_extremes
 from .features.features import NO_FEATURES, FeatureTable
@@ -183,7 +184,7 @@ def feature_table(runner: Runner, runs: RunTable, random: bool, failed: int) -> 
         runner.intervals,
         runs.parameters,
         random,
-        runner.uneven,
+        tuple(name for name, given in runner.random.items() if not isinstance(given, Uniform)),
         units_of(names, runner.features, runner.units, simulated=runner.settings is not None),
         failed,
         isinstance(runner.model, FinishedRuns),

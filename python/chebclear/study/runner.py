@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from ..execution.failures import located
 from ..execution.memory import SAMPLES_ALONE, Usage
 from ..execution.options import ExecutionOptions, checked_options
 from ..run.settings import RunOptions, Settings, checked_names, checked_settings, revolution_of
-from ..scene.distributions import Distribution, Uniform
+from ..scene.distributions import Distribution
 from ..scene.scene import Interval, Scene
 from ..scene.structure import ManyScenes
 from .features.features import FeatureSpec, checked_features, tracked_features
@@ -118,11 +119,6 @@ class Runner:
             return self.settings
         return replace(self.settings, rtol=default if rtol is None else float(rtol))
 
-    @property
-    def uneven(self) -> tuple[str, ...]:
-        """Parameters with another distribution than a uniform one."""
-        return tuple(name for name, given in self.random.items() if not isinstance(given, Uniform))
-
     def made(
         self,
         points: Array,
@@ -131,44 +127,25 @@ class Runner:
         midpoint: bool = True,
         usage: Usage = SAMPLES_ALONE,
     ) -> RunTable:
-        """The runs at the points and, if requested, last the nominal one, from any source."""
-        start = time.perf_counter()
-        if settings is not None:
-            made = self.simulated(points, settings, midpoint=midpoint, usage=usage)
-        elif isinstance(self.model, FinishedRuns):
+        """The runs at the points and, if requested, last the nominal one, from any source; warns of
+        nothing."""
+        start, build = time.perf_counter(), self.build
+        if isinstance(self.model, FinishedRuns):
             made = self.model.runs(points, midpoint=midpoint)
-        else:
-            assert self.model is not None, "what is not simulated comes from a model"
+        elif self.model is not None:
             with reporter(self.progress, "study") as report:
                 made = self.model.runs(points, midpoint=midpoint, report=report, execution=self.execution)
+        else:
+            assert settings is not None, "of scenes"
+            many: Many | None = None
+            if isinstance(build, ManyScenes):
+                many = partial(build.scene_numbers, fixed=self.fixed)
+            rtol = settings.rtol if self.settings is None else self.settings.rtol
+            source = self.scene, many, self.intervals, points, settings, self.features, self.execution
+            scenes = SceneRuns(*source, rtol, midpoint, usage)
+            with reporter(self.progress, "study") as report:
+                made = scenes.run(report)
         return replace(made, seconds=time.perf_counter() - start)
-
-    def simulated(
-        self, points: Array, settings: Settings, *, midpoint: bool = True, usage: Usage = SAMPLES_ALONE
-    ) -> RunTable:
-        """The simulated runs at the points and, if requested, last at the midpoint; issues no warnings."""
-        rtol = settings.rtol if self.settings is None else self.settings.rtol
-        runs_of_scenes = SceneRuns(
-            self.scene,
-            self._many,
-            self.intervals,
-            points,
-            settings,
-            self.features,
-            self.execution,
-            rtol,
-            midpoint,
-            usage,
-        )
-        with reporter(self.progress, "study") as report:
-            return runs_of_scenes.run(report)
-
-    @property
-    def _many(self) -> Many | None:
-        build = self.build
-        if not isinstance(build, ManyScenes):
-            return None
-        return lambda structure, like, values: build.scene_numbers(structure, like, values, self.fixed)
 
     def scene(self, parameters: dict[str, float]) -> Scene:
         """The scene at these values of the parameters [SI units]; errors name them."""

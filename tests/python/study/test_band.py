@@ -141,7 +141,7 @@ def test_fresh_runs_keep_the_bands(wrist):
     study = wrist_study(rtol=1e-4)
     rng = np.random.default_rng(11)
     points = np.stack([rng.uniform(side.lower, side.upper, 60) for side in LENGTHS.values()], axis=-1)
-    fresh = study.runner.simulated(points, study.runner.settings).values[:-1]
+    fresh = study.runner.made(points, study.runner.settings).values[:-1]
     for index, name in enumerate(WRIST):
         band = wrist[name]
         inside = (fresh[:, :, index] >= band.lower) & (fresh[:, :, index] <= band.upper)

@@ -16,7 +16,7 @@ from ...execution.batch import WORKER_LOST
 from ...execution.calls import Answers, Calls
 from ...execution.counts import STATS
 from ...execution.dispatch import CallingThread, ExecutorWorkers, Source, Task
-from ...execution.failures import FEATURE, MODEL, FailedRun, end_of, error_to_raise, run_to_raise
+from ...execution.failures import FEATURE, MODEL, FailedRun, end_of, require_success
 from ...execution.limited import TimeLimitError
 from ...execution.options import ExecutionOptions
 from ...execution.pieces import DONE, NOT_BEGUN, End, Piece, code_version
@@ -195,13 +195,16 @@ class Calling(Source):
 
     def _require_success(self) -> None:
         failed = {number: end for number, end in self.failed().items() if end.status != NOT_BEGUN}
-        nominal = -1 if self._nominal is None else self._nominal
-        if run_to_raise(failed, self.total, nominal, self._execution) is not None:
-            assert self._first_failure is not None, "a run failed"
-            error = self._first_failure[1]
-            if len(failed) > 1:
-                error.add_note(f"{len(failed)} of {self.total} runs of the study failed")
-            raise error_to_raise(error, failed, self.total, self._execution)
+        require_success(
+            failed, self.total, self._nominal, self._execution, lambda _: self._first_error(failed)
+        )
+
+    def _first_error(self, failed: Mapping[int, End]) -> Exception:
+        assert self._first_failure is not None, "a run failed"
+        error = self._first_failure[1]
+        if len(failed) > 1:
+            error.add_note(f"{len(failed)} of {self.total} runs of the study failed")
+        return error
 
     def _key(self, number: int) -> bytes:
         text = json.dumps(dict(sorted(self._given[number].items())))

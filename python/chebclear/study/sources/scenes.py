@@ -21,10 +21,9 @@ from ...execution.failures import (
     FEATURE,
     FailedRun,
     end_of,
-    error_to_raise,
     failure_notices,
     located,
-    run_to_raise,
+    require_success,
     set_apart,
 )
 from ...execution.limited import LimitedCalls
@@ -329,9 +328,9 @@ class SceneRuns:
     def _require_success(self, batch: Batch) -> None:
         """Raise for the first failure if the study says so, or if the nominal run or most runs failed."""
         failed = {number: end for number, end in batch.failed().items() if end.status != NOT_BEGUN}
-        first = run_to_raise(failed, self.count, self._last, self._execution)
-        if first is not None:
-            raise error_to_raise(self._error_of(first, failed), failed, self.count, self._execution)
+        require_success(
+            failed, self.count, self._last, self._execution, lambda first: self._error_of(first, failed)
+        )
 
     def _error_of(self, first: int, failed: Mapping[int, End]) -> Exception:
         """The error of a failed run, which tells of the others."""
