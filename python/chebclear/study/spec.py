@@ -69,6 +69,7 @@ class StudySpec:
     cycles: int = 1
     on_failure: OnFailure = "collect"
     run_seconds: float | None = field(default=None, metadata=unit("s"))
+    """Time limit of a run [s]."""
     requirements: Mapping[str, Specification] = field(default_factory=dict)
     table: bool = False
 
