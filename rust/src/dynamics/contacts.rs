@@ -276,8 +276,7 @@ impl Dynamics<'_> {
         let [from, to] = [slot, other].map(|slot| self.point(slot.points[1]));
         let (apart, rate) = (to.position - from.position, to.velocity - from.velocity);
         let (along, along_rate) = (own - others, own_rate - others_rate);
-        let side = neighbor.side;
-        let motion = self.motion_at_face(slot);
+        let (side, motion) = (neighbor.side, self.motion_at_face(slot));
         let on_face = perp(Vec2::from(face.normal));
         [
             [0.5 * side * apart.dot(&along), 0.5 * side * (rate.dot(&along) + apart.dot(&along_rate))],
@@ -327,20 +326,20 @@ impl Dynamics<'_> {
         self.contact_of(&self.tree.slots[index], self.phases[index]).state
     }
 
-    /// The same without its forces, for those who ask only how the surfaces move between the ends of the slot in a phase.
+    /// The same without its forces, for those who ask only how the surfaces move, with the ends of the slot.
     #[inline(always)]
     pub fn contact_without_forces(
         &self,
         slot: &ContactSlot,
         ends: &[PointState; 2],
-        phase: Phase,
+        is_beyond: bool,
     ) -> ContactState<f64> {
         match slot.law.surfaces {
             Surfaces::Bearing { .. } => {
                 slot.law.in_bearing_without_forces(&self.motion_in_bearing(slot, ends))
             }
             Surfaces::Face(face) => {
-                let unloaded = if phase == Phase::Beyond { phase } else { Phase::Free };
+                let unloaded = if is_beyond { Phase::Beyond } else { Phase::Free };
                 self.contact_at_face(slot, &face, unloaded).state
             }
         }

@@ -225,16 +225,19 @@ impl<'a> System<'a> {
             Phase::Free => {
                 // Half a clearance per step: the journal cannot cross the bearing without an event. Along a face the
                 // bodies may slide as far as they like.
-                let mut clearance = joint.law.clearance;
-                let (rate, acceleration) = match joint.law.surfaces {
-                    Surfaces::Face(face) if !face.is_past_end(relative.eccentricity.into()) => {
-                        let along = relative.acceleration.dot(&Vec2::from(face.normal));
-                        (state.penetration_rate.abs(), along.abs())
+                let clearance = joint.law.clearance;
+                let (rate, acceleration, clearance) = match joint.law.surfaces {
+                    Surfaces::Bearing { .. } => {
+                        (relative.rate.norm(), relative.acceleration.norm(), clearance)
                     }
-                    _ => {
-                        // Beyond the end of a face there is as much room as there is distance.
-                        clearance = clearance.max(-state.penetration);
-                        (relative.rate.norm(), relative.acceleration.norm())
+                    // Beyond the end of a face there is as much room as there is distance.
+                    Surfaces::Face(face) if face.is_past_end(relative.eccentricity.into()) => {
+                        let room = clearance.max(-state.penetration);
+                        (relative.rate.norm(), relative.acceleration.norm(), room)
+                    }
+                    Surfaces::Face(face) => {
+                        let along = relative.acceleration.dot(&Vec2::from(face.normal));
+                        (state.penetration_rate.abs(), along.abs(), clearance)
                     }
                 };
                 // |ė| h + |ë| h²/2 = c/2

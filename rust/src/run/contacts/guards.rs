@@ -7,7 +7,7 @@ use crate::mechanism::compiled::Mechanism;
 use crate::run::contacts::log::ContactLog;
 use crate::run::motion::Motion;
 use crate::run::tolerances::Tolerances;
-use crate::tree::elements::ContactSlot;
+use crate::tree::elements::{ContactSlot, Neighbor};
 use crate::tree::kinematics::PointState;
 
 /// Error of the penetration rate, relative to the velocity tolerance, within which the sign of the normal
@@ -69,17 +69,17 @@ impl StepDemands {
         let joint = &motion.mechanism.slots[index];
         let dynamics = if is_inside { &motion.inside } else { &motion.dynamics };
         let ends = dynamics.slot_ends(joint);
-        let state = dynamics.contact_without_forces(joint, &ends, motion.dynamics.phases[index]);
+        let is_beyond = matches!(motion.dynamics.phases[index], Phase::Beyond);
+        let state = dynamics.contact_without_forces(joint, &ends, is_beyond);
         let steep = joint.law.stick_velocity();
         self.breaks_away |= self.sticks_at_start(motion, index)
             && steep.is_some_and(|steep| state.sliding_velocity.abs() > steep);
         self.refine_velocity(motion, tolerances, index, &state);
         let gap = gap_guard(motion, tolerances, index, &state, &ends);
         [
-            if joint.neighbor.is_some() && gap != Guard::INACTIVE {
-                guard_of_ends(dynamics, joint, gap)
-            } else {
-                gap
+            match &joint.neighbor {
+                Some(neighbor) if !is_beyond => guard_of_ends(dynamics, joint, neighbor, gap),
+                _ => gap,
             },
             tension_guard(motion, tolerances, index, &state, &ends),
         ]
@@ -162,8 +162,8 @@ fn gap_guard(
 
 /// The guard of the gap of a corner, or that of an end of its face if it is closer to zero.
 #[inline(never)]
-fn guard_of_ends(dynamics: &Dynamics, slot: &ContactSlot, gap: Guard) -> Guard {
-    let (Surfaces::Face(face), Some(neighbor)) = (slot.law.surfaces, &slot.neighbor) else { return gap };
+fn guard_of_ends(dynamics: &Dynamics, slot: &ContactSlot, neighbor: &Neighbor, gap: Guard) -> Guard {
+    let Surfaces::Face(face) = slot.law.surfaces else { return gap };
     dynamics.ends_ahead(slot, &face, neighbor).into_iter().fold(gap, |guard, [value, rate]| {
         if value < guard.value { Guard { value, rate, ..guard } } else { guard }
     })
