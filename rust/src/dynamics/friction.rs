@@ -337,9 +337,10 @@ impl Dynamics<'_> {
     }
 
     /// The friction that holds a joint without acceleration in the state last moved to, and the largest that its reaction
-    /// then allows [N m or N]; `None` where there is none.
+    /// then allows [N m or N], after [`Dynamics::acceleration`] there; `None` where there is none.
     pub fn holding_effort(&mut self, index: usize) -> Option<(f64, f64)> {
-        let found = self.find_friction_beside(Some(index), true);
+        // Rounding errors would decide the sign.
+        let found = self.dry_inertia(index).is_finite() && self.find_friction_beside(Some(index), true);
         found.then(|| (self.dry_effort(index), self.dry_limit(index)))
     }
 

@@ -446,7 +446,7 @@ impl HybridSystem for System<'_> {
                 Ok(f64::INFINITY)
             }
             Watched::DryJoint(joint) => {
-                cross_dry_joint(&mut self.motion, &mut self.log, joint, (t, q, v));
+                cross_dry_joint(&mut self.motion, &mut self.log, &self.tolerances, joint, (t, q, v));
                 self.balance.forget_state();
                 Ok(f64::INFINITY)
             }

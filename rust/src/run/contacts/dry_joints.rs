@@ -81,6 +81,11 @@ pub(crate) fn begin_dry_joints(
 /// where it does not, in the state last moved to. Their loads depend on each other.
 fn hold(motion: &mut Motion, joints: &[usize]) {
     let mut efforts = vec![0.0; joints.len()];
+    // What one of several joints can hold alone, the others need not.
+    for &index in joints {
+        let unloaded = motion.dynamics.anchored_joint(index, 0.0, motion.dynamics.tractions()[index]);
+        motion.dynamics.set_traction(index, unloaded);
+    }
     for _ in 0..PASSES {
         let mut settled = true;
         for (&index, last) in joints.iter().zip(&mut efforts) {
@@ -176,11 +181,12 @@ pub(crate) fn dry_guards(
     }
 }
 
-/// Changes from sticking to sliding or back where the guard of a joint is zero. What stuck before sticks anew beside a joint
+/// Changes from sticking to sliding or back where the guard of a joint is zero. What is at rest sticks anew beside a joint
 /// that comes to rest, since its load jumps. What a spring stores is no loss, and is lost when it lets go.
 pub(crate) fn cross_dry_joint(
     motion: &mut Motion,
     log: &mut ContactLog,
+    tolerances: &Tolerances,
     index: usize,
     (time, q, v): (f64, &[f64], &[f64]),
 ) {
@@ -195,8 +201,11 @@ pub(crate) fn cross_dry_joint(
         let direction = -motion.dynamics.dry_effort(index).signum();
         motion.dynamics.set_traction(index, Traction { direction, ..traction });
     } else if traction.stiffness > 0.0 {
-        let rests =
-            |&other: &usize| other == index || before[other].sticks() && before[other].stiffness > 0.0;
+        let rests = |&other: &usize| {
+            let slow =
+                motion.dynamics.dry_velocity(other).abs() <= velocity_tolerance(motion, tolerances, other);
+            before[other].stiffness > 0.0 && (other == index || before[other].sticks() || slow)
+        };
         let at_rest: Vec<usize> = (0..before.len()).filter(rests).collect();
         hold(motion, &at_rest);
     } else {
