@@ -81,6 +81,12 @@ pub(crate) fn begin_dry_joints(
 /// where it does not, in the state last moved to. Their loads depend on each other.
 fn hold(motion: &mut Motion, joints: &[usize]) {
     let mut efforts = vec![0.0; joints.len()];
+    // A joint that moved turns as it accelerates: friction of others may decide what would hold it.
+    let turned = joints.iter().map(|&index| {
+        let moved = !motion.dynamics.tractions()[index].sticks();
+        moved.then(|| motion.dynamics.dry_acceleration(index).signum())
+    });
+    let turned: Vec<Option<f64>> = turned.collect();
     // What one of several joints can hold alone, the others need not.
     for &index in joints {
         let unloaded = motion.dynamics.anchored_joint(index, 0.0, motion.dynamics.tractions()[index]);
@@ -88,7 +94,7 @@ fn hold(motion: &mut Motion, joints: &[usize]) {
     }
     for _ in 0..PASSES {
         let mut settled = true;
-        for (&index, last) in joints.iter().zip(&mut efforts) {
+        for ((&index, last), turned) in joints.iter().zip(&mut efforts).zip(&turned) {
             let traction = motion.dynamics.tractions()[index];
             // Where its friction moves nothing, it turns as the others let it.
             let unheld = (-motion.dynamics.dry_acceleration(index) * f64::INFINITY, 0.0);
@@ -96,7 +102,7 @@ fn hold(motion: &mut Motion, joints: &[usize]) {
             let traction = if effort.abs() <= limit {
                 motion.dynamics.anchored_joint(index, effort, traction)
             } else {
-                Traction { direction: -effort.signum(), ..traction }
+                Traction { direction: turned.unwrap_or(-effort.signum()), ..traction }
             };
             motion.dynamics.set_traction(index, traction);
             settled &= effort == *last || (effort - *last).abs() <= SETTLED * limit;
