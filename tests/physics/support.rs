@@ -47,6 +47,7 @@ pub fn loose(
         friction,
         sliding: SlidingVelocity::Surface,
         film: None,
+        profile: Vec::new(),
         impact_velocity_floor: None,
     }
 }

@@ -254,10 +254,11 @@ def require_features(facts: Inspection, features: Iterable[Feature]) -> None:
     """Refuse features of outputs and clearance joints that the scene does not have."""
     checks = Checks()  # not left to the core, which has no words of textbooks to suggest names by
     columns = facts.columns + facts.further_columns
+    sectors = set(facts.sector_columns)
     for feature in features:
         joint = feature.kind in JOINT_KINDS
         what, known = ("clearance joint", facts.clearance_joints) if joint else ("output", columns)
-        if feature.of not in known:
+        if feature.of not in known and (joint or feature.of not in sectors):
             hint = meant_or_known(feature.of, known) if joint else output_meant(feature.of, known)
             checks.add(f'{feature.kind} of the unknown {what} "{feature.of}"{hint}')
     checks.finish()

@@ -21,7 +21,7 @@ from .laws import (
     ShortBearing,
 )
 from .motions import BodyStart, ClearanceStart, GuideStart, JointStart, Motion, Speed
-from .schema import Part, Points, Vector
+from .schema import Numbers, Part, Points, Vector
 
 
 @dataclass(frozen=True)
@@ -153,6 +153,12 @@ class ClearanceRevolute(Part):
         as in the paper's Eqs. (5) and (6), which omits the rotation of the bodies.
     film : ShortBearing or FiniteBearing, optional
         Oil film between the surfaces; a dry joint if not given.
+    profile : sequence of float
+        Depth by which the bearing is worn in each of equal sectors [m], eight at least, counterclockwise from
+        the x axis of its body. The surface then is a foundation of springs (Winkler) that presses wherever
+        the journal reaches into it; with zeros it begins to press as the law does. Needs a law with the
+        exponent 1.5 and damping in proportion to the elastic force, no film, and no `StickSlip`. A
+        round bearing with a contact point if empty.
     impact_velocity_floor : float, optional
         Lower bound of the impact velocity in the contact law [m/s]: slower impacts are damped as if at it. If
         not given it is proportional to the velocity tolerance of a run, and changes results no more than the
@@ -183,6 +189,7 @@ class ClearanceRevolute(Part):
     friction: FrictionLaw | None = None
     sliding: str = "surface"
     film: Film | None = None
+    profile: Numbers = field(default=(), metadata=unit("m"))
     impact_velocity_floor: float | None = field(default=None, metadata=unit("m/s"))
 
 

@@ -1,5 +1,5 @@
 //! Two surfaces that may touch, a journal in a bearing or a corner at a face: geometry, normal-force laws, friction laws,
-//! oil films, with exact derivatives. In: relative motion of the two surfaces; out: forces. Uses `numerics`.
+//! oil films, worn bearings, with exact derivatives. In: relative motion of the two surfaces; out: forces. Uses `numerics`.
 
 pub mod face;
 pub mod film;
@@ -7,3 +7,4 @@ pub mod friction;
 pub mod normal;
 pub mod pair;
 pub mod sticking;
+pub mod worn;

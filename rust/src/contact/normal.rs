@@ -310,7 +310,7 @@ impl NormalLaw {
 
     /// 1 + χ δ̇.
     #[inline]
-    fn ratio<S: Scalar>(penetration_rate: S, latch: Latch) -> S {
+    pub(super) fn ratio<S: Scalar>(penetration_rate: S, latch: Latch) -> S {
         penetration_rate * latch.hysteresis_factor + 1.0
     }
 

@@ -11,6 +11,7 @@ use crate::contact::face::Face;
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::{Latch, NormalLaw};
 use crate::contact::sticking::{StickSlip, Traction};
+use crate::contact::worn::WornBearing;
 use crate::numerics::dual::{Dual, Scalar};
 
 /// Square of the eccentricity [m²] below which the joint is concentric. Every rounding error is far above 1e-70 m, and
@@ -33,7 +34,7 @@ pub enum SlidingVelocity {
 }
 
 /// The two surfaces of a contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Surfaces {
     /// A journal inside a bearing.
     Bearing {
@@ -42,12 +43,14 @@ pub enum Surfaces {
         /// Bearing radius R_B [m].
         bearing_radius: f64,
     },
+    /// The same with a worn surface of the bearing.
+    Worn(Box<WornBearing>),
     /// A round edge of the second body, or a corner of radius zero, against a straight face of the first.
     Face(Face),
 }
 
 /// Dimensions and laws of one contact: the force depends on these and the relative motion alone.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ContactLaw {
     /// The surfaces.
     pub surfaces: Surfaces,
@@ -87,16 +90,16 @@ impl Phase {
     }
 }
 
-/// Relative motion on which the contact force depends: in a bearing in the axes of the world, at a face that of the
-/// second point seen from the first body, in its axes.
+/// Relative motion on which the contact force depends: in a bearing in the axes of the world, at a face and in a worn
+/// bearing that of the second point seen from the first body, in its axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelativeMotion<S> {
     /// Vector e from the first point to the second [m].
     pub eccentricity: [S; 2],
     /// Its rate ė [m/s].
     pub rate: [S; 2],
-    /// Rolling velocity of the surfaces [m/s]: ω_J R_J - ω_B R_B in a bearing, the radius of the edge times ω_b - ω_a
-    /// at a face.
+    /// Rolling velocity of the surfaces [m/s]: ω_J R_J - ω_B R_B in a bearing, the radius of what touches times ω_b - ω_a
+    /// where the motion is seen from the first body.
     pub spin: S,
     /// Its integral since a contact began to stick [m], for one that sticks; see [`ContactLaw::rolling`].
     pub roll: S,
@@ -157,7 +160,11 @@ impl ContactLaw {
     pub fn penetration_acceleration(&self, motion: &RelativeMotion<f64>, [ax, ay]: [f64; 2]) -> f64 {
         let [ex, ey] = motion.eccentricity;
         let [vx, vy] = motion.rate;
-        match self.surfaces {
+        match &self.surfaces {
+            Surfaces::Worn(worn) => {
+                let [nx, ny] = worn.normal(motion.eccentricity);
+                ax * nx + ay * ny
+            }
             Surfaces::Face(face) => {
                 let geometry = face.geometry(motion, Phase::Free);
                 let [nx, ny] = geometry.normal;
@@ -178,9 +185,10 @@ impl ContactLaw {
 
     /// Radii of the surfaces [m]: of the first, then of the second.
     pub fn radii(&self) -> [f64; 2] {
-        match self.surfaces {
-            Surfaces::Bearing { bearing_radius, journal_radius } => [bearing_radius, journal_radius],
-            Surfaces::Face(face) => [face.radius, face.radius],
+        match &self.surfaces {
+            Surfaces::Bearing { bearing_radius, journal_radius } => [*bearing_radius, *journal_radius],
+            Surfaces::Worn(worn) => [worn.journal_radius; 2],
+            Surfaces::Face(face) => [face.radius; 2],
         }
     }
 
@@ -188,6 +196,7 @@ impl ContactLaw {
     pub fn sectors(&self) -> usize {
         match self.surfaces {
             Surfaces::Bearing { .. } => SECTORS,
+            Surfaces::Worn(ref worn) => worn.sectors(),
             Surfaces::Face(_) => 0,
         }
     }
@@ -196,14 +205,16 @@ impl ContactLaw {
     pub fn size(&self) -> f64 {
         match self.surfaces {
             Surfaces::Bearing { journal_radius, .. } => journal_radius,
+            Surfaces::Worn(ref worn) => worn.journal_radius,
             Surfaces::Face(face) => face.size,
         }
     }
 
     /// Sliding velocity of the two material surfaces [m/s], whichever convention the friction law uses.
     pub fn surface_velocity(&self, motion: &RelativeMotion<f64>) -> f64 {
-        let geometry = match self.surfaces {
+        let geometry = match &self.surfaces {
             Surfaces::Bearing { .. } => self.geometry(motion),
+            Surfaces::Worn(worn) => return self.in_worn_bearing(worn, motion, Phase::Free).sliding_velocity,
             Surfaces::Face(face) => Some(face.geometry(motion, Phase::Free)),
         };
         geometry.map_or(0.0, |geometry| geometry.tangential_velocity + motion.spin)
@@ -226,6 +237,7 @@ impl ContactLaw {
             Surfaces::Bearing { journal_radius, .. } => {
                 second * journal_radius - first * (arm + journal_radius)
             }
+            Surfaces::Worn(ref worn) => (second - first) * worn.journal_radius,
             Surfaces::Face(face) => (second - first) * face.radius,
         }
     }
@@ -236,7 +248,8 @@ impl ContactLaw {
         let [ex, ey] = motion.eccentricity;
         match self.surfaces {
             Surfaces::Face(Face { normal: [nx, ny], .. }) => ey * nx - ex * ny + motion.roll,
-            Surfaces::Bearing { .. } => {
+            // No law that sticks has a worn bearing.
+            Surfaces::Bearing { .. } | Surfaces::Worn(_) => {
                 let (x, y) = (ex.value(), ey.value());
                 let square = x * x + y * y;
                 // The angle at the value, with the derivatives that it has there.
@@ -259,10 +272,15 @@ impl ContactLaw {
 
     /// The same for a law that does not stick.
     #[inline(always)]
-    fn without_sticking<S: Scalar>(&self, motion: &RelativeMotion<S>, phase: Phase) -> ContactState<S> {
-        match self.surfaces {
+    pub(crate) fn without_sticking<S: Scalar>(
+        &self,
+        motion: &RelativeMotion<S>,
+        phase: Phase,
+    ) -> ContactState<S> {
+        match &self.surfaces {
             Surfaces::Bearing { .. } => self.in_bearing::<S, true>(motion, phase),
-            Surfaces::Face(face) => self.at_face(&face, motion, phase),
+            Surfaces::Worn(worn) => self.in_worn_bearing(worn, motion, phase),
+            Surfaces::Face(face) => self.at_face(face, motion, phase),
         }
     }
 
@@ -290,12 +308,7 @@ impl ContactLaw {
     /// The same at a face, with friction that does not stick.
     // Not inlined, so that what it needs is not kept ready where all contacts are bearings.
     #[inline(never)]
-    pub(crate) fn at_face<S: Scalar>(
-        &self,
-        face: &Face,
-        motion: &RelativeMotion<S>,
-        phase: Phase,
-    ) -> ContactState<S> {
+    fn at_face<S: Scalar>(&self, face: &Face, motion: &RelativeMotion<S>, phase: Phase) -> ContactState<S> {
         self.forces::<S, true>(face.geometry(motion, phase), motion.spin, phase)
     }
 
@@ -310,13 +323,13 @@ impl ContactLaw {
     ) -> ContactState<S> {
         let zero = S::constant(0.0);
         let geometry = match self.surfaces {
-            Surfaces::Bearing { .. } => self.geometry(motion),
+            Surfaces::Bearing { .. } | Surfaces::Worn(_) => self.geometry(motion),
             Surfaces::Face(face) => Some(face.geometry(motion, phase)),
         };
         let Some(geometry) = geometry else { return self.in_bearing::<S, false>(motion, phase) };
         let Geometry { inverse, normal: [nx, ny], penetration, penetration_rate, tangential_velocity } =
             geometry;
-        let lever = match (self.surfaces, phase) {
+        let lever = match (&self.surfaces, phase) {
             (Surfaces::Bearing { .. }, Phase::Contact { traction: Some(traction), .. })
                 if traction.sticks() =>
             {
@@ -421,9 +434,10 @@ impl ContactLaw {
             spin: Dual::constant(motion.spin),
             roll: Dual::constant(motion.roll),
         };
-        let state = match self.surfaces {
+        let state = match &self.surfaces {
             Surfaces::Bearing { .. } => self.in_bearing::<Dual<1>, false>(&dual, phase),
-            Surfaces::Face(face) => self.at_face(&face, &dual, phase),
+            Surfaces::Worn(worn) => self.in_worn_bearing(worn, &dual, phase),
+            Surfaces::Face(face) => self.at_face(face, &dual, phase),
         };
         let values = ContactState {
             penetration: state.penetration.value,

@@ -97,7 +97,7 @@ impl Dynamics<'_> {
                     spin: self.spin(slot),
                 }
             }
-            Surfaces::Face(_) => self.motion_at_face(slot),
+            Surfaces::Face(_) | Surfaces::Worn(_) => self.motion_seen_from_first(slot),
         }
     }
 
@@ -106,7 +106,7 @@ impl Dynamics<'_> {
     pub(super) fn contact_motion(&self, slot: &ContactSlot) -> RelativeMotion<f64> {
         match slot.law.surfaces {
             Surfaces::Bearing { .. } => self.motion_in_bearing(slot, &self.slot_ends(slot)),
-            Surfaces::Face(_) => relative_motion(&self.motion_at_face(slot)),
+            Surfaces::Face(_) | Surfaces::Worn(_) => relative_motion(&self.motion_seen_from_first(slot)),
         }
     }
 
@@ -125,9 +125,9 @@ impl Dynamics<'_> {
         slot.backlash.map(|index| &self.tree.backlashes[index])
     }
 
-    /// Relative motion at a face.
+    /// Relative motion at a face or in a worn bearing.
     #[inline(never)]
-    fn motion_at_face(&self, slot: &ContactSlot) -> SlotMotion {
+    fn motion_seen_from_first(&self, slot: &ContactSlot) -> SlotMotion {
         if let Some(backlash) = self.backlash_of(slot) {
             return self.motion_of_flank(backlash);
         }
@@ -180,10 +180,10 @@ impl Dynamics<'_> {
 
     /// A vector in the axes of the relative motion of a slot, in the world frame.
     #[inline(always)]
-    fn slot_to_world(&self, slot: &ContactSlot, vector: Vec2) -> Vec2 {
+    pub fn slot_to_world(&self, slot: &ContactSlot, vector: Vec2) -> Vec2 {
         match slot.law.surfaces {
             Surfaces::Bearing { .. } => vector,
-            Surfaces::Face(_) => match self.backlash_of(slot) {
+            Surfaces::Face(_) | Surfaces::Worn(_) => match self.backlash_of(slot) {
                 Some(Backlash { mesh, .. }) => {
                     self.states[mesh.pitch_point.frame].to_world(vector.x * mesh.tangent)
                 }
@@ -208,6 +208,12 @@ impl Dynamics<'_> {
                 };
                 PairForce { positions, force, moments: [on_bearing, on_journal] }
             }
+            // Both forces at the center of the journal, with the moment of the friction that acts around it.
+            Surfaces::Worn(_) => PairForce {
+                positions: [self.point(slot.points[1]).position; 2],
+                force: self.slot_to_world(slot, state.force.into()),
+                moments: [slot.law.size() * state.friction_force; 2],
+            },
             Surfaces::Face(face) => {
                 if let Some(backlash) = self.backlash_of(slot) {
                     return self.tooth_force(&backlash.mesh, state.force[0]);
@@ -224,7 +230,7 @@ impl Dynamics<'_> {
     pub fn touching_points(&self, slot: &ContactSlot) -> [FramePoint; 2] {
         let [a, b] = slot.points;
         match slot.law.surfaces {
-            Surfaces::Bearing { .. } => [a, b],
+            Surfaces::Bearing { .. } | Surfaces::Worn(_) => [a, b],
             Surfaces::Face(face) => {
                 if let Some(backlash) = self.backlash_of(slot) {
                     return self.flank_points(slot, &backlash.mesh);
@@ -244,7 +250,10 @@ impl Dynamics<'_> {
     /// Unit vector in the world frame along which the surfaces of a slot approach, after [`Dynamics::move_to`]; NaN in a
     /// concentric joint.
     pub fn slot_normal(&self, slot: &ContactSlot) -> Vec2 {
-        match slot.law.surfaces {
+        match &slot.law.surfaces {
+            Surfaces::Worn(worn) => {
+                self.slot_to_world(slot, worn.normal(self.contact_motion(slot).eccentricity).into())
+            }
             Surfaces::Bearing { .. } => Vec2::from(self.contact_motion(slot).eccentricity).normalize(),
             Surfaces::Face(face) => self.normal_at(slot, &face),
         }
@@ -276,7 +285,7 @@ impl Dynamics<'_> {
         let [from, to] = [slot, other].map(|slot| self.point(slot.points[1]));
         let (apart, rate) = (to.position - from.position, to.velocity - from.velocity);
         let (along, along_rate) = (own - others, own_rate - others_rate);
-        let (side, motion) = (neighbor.side, self.motion_at_face(slot));
+        let (side, motion) = (neighbor.side, self.motion_seen_from_first(slot));
         let on_face = perp(Vec2::from(face.normal));
         [
             [0.5 * side * apart.dot(&along), 0.5 * side * (rate.dot(&along) + apart.dot(&along_rate))],
@@ -300,14 +309,14 @@ impl Dynamics<'_> {
                 let motion = self.motion_in_bearing(slot, &self.slot_ends(slot));
                 SlotContact { motion, state: slot.law.in_bearing::<f64, true>(&motion, phase) }
             }
-            Surfaces::Face(face) => self.contact_at_face(slot, &face, phase),
+            Surfaces::Face(_) | Surfaces::Worn(_) => self.contact_seen_from_first(slot, phase),
         }
     }
 
     #[inline(never)]
-    fn contact_at_face(&self, slot: &ContactSlot, face: &Face, phase: Phase) -> SlotContact {
-        let motion = relative_motion(&self.motion_at_face(slot));
-        SlotContact { motion, state: slot.law.at_face(face, &motion, phase) }
+    fn contact_seen_from_first(&self, slot: &ContactSlot, phase: Phase) -> SlotContact {
+        let motion = relative_motion(&self.motion_seen_from_first(slot));
+        SlotContact { motion, state: slot.law.without_sticking(&motion, phase) }
     }
 
     #[inline(never)]
@@ -338,9 +347,9 @@ impl Dynamics<'_> {
             Surfaces::Bearing { .. } => {
                 slot.law.in_bearing_without_forces(&self.motion_in_bearing(slot, ends))
             }
-            Surfaces::Face(face) => {
+            Surfaces::Face(_) | Surfaces::Worn(_) => {
                 let unloaded = if is_beyond { Phase::Beyond } else { Phase::Free };
-                self.contact_at_face(slot, &face, unloaded).state
+                self.contact_seen_from_first(slot, unloaded).state
             }
         }
     }
@@ -352,7 +361,7 @@ impl Dynamics<'_> {
         let turns = slot.points.map(|point| self.frame_turns(point.frame));
         let arm = match slot.law.surfaces {
             Surfaces::Bearing { .. } => Vec2::from(motion.eccentricity).norm(),
-            Surfaces::Face(_) => 0.0,
+            Surfaces::Face(_) | Surfaces::Worn(_) => 0.0,
         };
         let unloaded = Traction { direction: 0.0, anchor: 0.0, arm, turns, ..traction };
         let roll = slot.law.rolling(arm, self.angles_from(slot, turns));
@@ -388,7 +397,7 @@ impl Dynamics<'_> {
             Surfaces::Bearing { journal_radius, .. } => {
                 self.point(slot.points[1]).position + journal_radius * self.slot_normal(slot)
             }
-            Surfaces::Face(_) => return self.touching_points(slot),
+            Surfaces::Face(_) | Surfaces::Worn(_) => return self.touching_points(slot),
         };
         slot.points.map(|point| self.at_place(point, place))
     }
@@ -472,8 +481,9 @@ impl Dynamics<'_> {
                 self.accelerate(&a);
                 let slot = &self.tree.slots[index];
                 let SlotMotion { eccentricity, acceleration, .. } = self.slot_motion(slot);
-                match slot.law.surfaces {
+                match &slot.law.surfaces {
                     Surfaces::Bearing { .. } => acceleration.dot(&eccentricity.normalize()),
+                    Surfaces::Worn(worn) => acceleration.dot(&Vec2::from(worn.normal(eccentricity.into()))),
                     Surfaces::Face(face) => {
                         acceleration.dot(&Vec2::from(face.normal_at(eccentricity.into())))
                     }

@@ -9,7 +9,7 @@
 use std::f64::consts::TAU;
 
 use super::{Dynamics, SlotContact};
-use crate::contact::pair::{Phase, SlidingVelocity};
+use crate::contact::pair::{ContactState, Phase, SlidingVelocity, Surfaces};
 use crate::contact::sticking::Traction;
 use crate::tree::elements::ContactSlot;
 
@@ -66,14 +66,14 @@ impl Dynamics<'_> {
 
     /// Elastic energy of a contact [J], after [`Dynamics::find_contacts`].
     pub fn contact_energy(&self, index: usize) -> f64 {
-        let penetration = self.contacts[index].state.penetration;
+        let SlotContact { motion, state: ContactState { penetration, .. } } = &self.contacts[index];
         match self.phases[index] {
             Phase::Free | Phase::Beyond => 0.0,
             Phase::Contact { traction: None, .. } => {
-                self.tree.slots[index].law.normal.elastic_energy(penetration)
+                self.tree.slots[index].law.elastic(motion, *penetration).1
             }
             Phase::Contact { .. } => {
-                self.tree.slots[index].law.normal.elastic_energy(penetration)
+                self.tree.slots[index].law.normal.elastic_energy(*penetration)
                     + self.spring_energy(&self.tree.slots[index], self.phases[index])
             }
         }
@@ -133,7 +133,7 @@ impl Dynamics<'_> {
         }
         let law = &self.tree.slots[index].law;
         let SlotContact { motion, state } = &self.contacts[index];
-        let elastic = law.normal.elastic_force(state.penetration);
+        let (elastic, _) = law.elastic(motion, state.penetration);
         let impact = (state.normal_force - elastic) * state.penetration_rate;
         if let Phase::Contact { traction: Some(traction), clipped: false, .. } = self.phases[index] {
             return self.stick_slip_loss(index, &traction, impact);
@@ -166,17 +166,20 @@ impl Dynamics<'_> {
         }
     }
 
-    /// Adds the wear of a contact over a time `dt` [s] to the sectors of its bearing in which the surfaces touch; after
+    /// Adds a wear of a contact [N m] to the sectors of its bearing in which the surfaces touch; after
     /// [`Dynamics::find_contacts`]. Sectors count from the x axis of the body of the bearing, counterclockwise.
-    pub fn add_wear_by_sector(&self, index: usize, dt: f64, sectors: &mut [f64]) {
-        let wear = self.contact_loss(index).wear * dt;
+    pub fn add_wear_by_sector(&self, index: usize, wear: f64, sectors: &mut [f64]) {
         if sectors.is_empty() || wear == 0.0 {
             return;
         }
         let slot = &self.tree.slots[index];
+        let motion = &self.contacts[index].motion;
+        if let Surfaces::Worn(worn) = &slot.law.surfaces {
+            return worn.distribute(motion.eccentricity, wear, sectors);
+        }
         let angle = slot.bodies[0].map_or(0.0, |body| self.tree.bodies[body].angle)
             + self.states[slot.points[0].frame].angle;
-        let [x, y] = self.contacts[index].motion.eccentricity;
+        let [x, y] = motion.eccentricity;
         let turns = (y.atan2(x) - angle) / TAU;
         let count = sectors.len();
         sectors[(turns.rem_euclid(1.0) * count as f64) as usize % count] += wear;

@@ -1,6 +1,5 @@
 //! Exact derivatives of the accelerations with respect to positions, velocities and time.
 
-use crate::contact::face::Face;
 use crate::contact::pair::{Phase, RelativeMotion, Surfaces};
 use crate::dynamics::Dynamics;
 use crate::numerics::dual::{Dual, Scalar};
@@ -148,12 +147,12 @@ impl Dynamics<'_> {
                     );
                 }
             }
-            Surfaces::Face(face) => {
+            Surfaces::Face(_) | Surfaces::Worn(_) => {
                 if let Some(index) = slot.backlash {
                     let backlash = &self.tree.backlashes[index];
                     return self.add_flank_derivatives(slot, backlash, phase);
                 }
-                let (force, moments) = self.face_gradient::<7>(slot, &face, phase);
+                let (force, moments) = self.gradient_seen_from_first::<7>(slot, phase);
                 if !vanishes(force[0].value, force[1].value) {
                     self.add_pair_derivatives(slot.points, [[1.0, 0.0], [0.0, 1.0]], force, moments);
                 }
@@ -168,12 +167,12 @@ impl Dynamics<'_> {
             Surfaces::Bearing { journal_radius, .. } => {
                 self.stick_slip_gradient_in_bearing(slot, journal_radius, phase)
             }
-            Surfaces::Face(face) => self.face_gradient::<8>(slot, &face, phase),
+            Surfaces::Face(_) | Surfaces::Worn(_) => self.gradient_seen_from_first::<8>(slot, phase),
         };
         self.add_pair_derivatives(slot.points, [[1.0, 0.0], [0.0, 1.0]], force, moments);
     }
 
-    /// That in a bearing, in the form and with the derivatives of [`Dynamics::face_gradient`].
+    /// That in a bearing, in the form and with the derivatives of [`Dynamics::gradient_seen_from_first`].
     fn stick_slip_gradient_in_bearing(
         &self,
         slot: &ContactSlot,
@@ -203,23 +202,23 @@ impl Dynamics<'_> {
         (state.force, [on_journal + x * state.force[1] - y * state.force[0], on_journal])
     }
 
-    /// Force at a face on the second body, in the world frame, with the moment of its reaction about the first point and
+    /// Force at a face or in a worn bearing on the second body, in the world frame, with the moment of its reaction about the first point and
     /// that of the force about the second. Derivatives with respect to e and ė in the world frame, minus the angular
     /// velocity of the first body, the angular velocity of the second, and minus the angle of the first; with eight also to
     /// the angle of the second.
-    fn face_gradient<const N: usize>(
+    fn gradient_seen_from_first<const N: usize>(
         &self,
         slot: &ContactSlot,
-        face: &Face,
         phase: Phase,
     ) -> ([Dual<N>; 2], [Dual<N>; 2]) {
+        let [_, radius] = slot.law.radii();
         let [a, b] = self.slot_ends(slot);
         let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
         let [first, second] = slot.points.map(|point| &self.states[point.frame]);
         let e = [Dual::input(e.x, 0), Dual::input(e.y, 1)];
         let rate = [Dual::input(rate.x, 2), Dual::input(rate.y, 3)];
         let back = Dual::input(-first.angular_velocity, 4);
-        let spin = (Dual::input(second.angular_velocity, 5) + back) * face.radius;
+        let spin = (Dual::input(second.angular_velocity, 5) + back) * radius;
         let turned = |value, rate| {
             let mut gradient = [0.0; N];
             gradient[6] = rate;
@@ -230,16 +229,19 @@ impl Dynamics<'_> {
         let against = [rate[0] - back * e[1], rate[1] + back * e[0]];
         let roll = if N == 8 {
             let RelativeMotion { roll, .. } = self.rolled(slot, phase, self.contact_motion(slot));
-            turned(roll, face.radius) + (Dual::input(0.0, 7) * face.radius)
+            turned(roll, radius) + (Dual::input(0.0, 7) * radius)
         } else {
             Dual::constant(0.0)
         };
         let motion = RelativeMotion { eccentricity: in_face(e), rate: in_face(against), spin, roll };
-        let state =
-            if N == 8 { slot.law.evaluate(&motion, phase) } else { slot.law.at_face(face, &motion, phase) };
+        let state = if N == 8 {
+            slot.law.evaluate(&motion, phase)
+        } else {
+            slot.law.without_sticking(&motion, phase)
+        };
         let [x, y] = state.force;
         let force = [cosine * x - sine * y, sine * x + cosine * y];
-        let own = state.friction_force * face.radius;
+        let own = state.friction_force * radius;
         (force, [e[0] * force[1] - e[1] * force[0] + own, own])
     }
 

@@ -97,7 +97,7 @@ impl Conditions {
             place: Place::Vector { vector: Vec2::zeros(), rate: Vec2::zeros() },
             is_given: false,
         });
-        let slots = tree.slots.iter().filter(|slot| matches!(slot.law.surfaces, Surfaces::Bearing { .. }));
+        let slots = tree.slots.iter().filter(|slot| !matches!(slot.law.surfaces, Surfaces::Face(_)));
         let bearings = slots.map(|slot| {
             let given = scene.start.iter().find_map(|start| match start {
                 Start::Clearance { joint, eccentricity, rate } if *joint == slot.name => {

@@ -108,7 +108,7 @@ pub(crate) fn contact_scales(dynamics: &mut Dynamics, speed: f64, length: f64) -
         let acceleration = dynamics.slot_motion(slot).acceleration;
         let accelerance = dynamics.accelerance(dynamics.touching_points(slot));
         let (opening, mass) = match slot.law.surfaces {
-            Surfaces::Bearing { .. } => (acceleration.norm(), accelerance.mean_mass()),
+            Surfaces::Bearing { .. } | Surfaces::Worn(_) => (acceleration.norm(), accelerance.mean_mass()),
             // A face has one direction.
             Surfaces::Face(face) => {
                 let along = acceleration.dot(&Vec2::from(face.normal)).abs();

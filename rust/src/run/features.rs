@@ -139,7 +139,7 @@ impl Plan {
                 }
             }
         }
-        let columns: Vec<Column> = plan.tracked.iter().filter_map(Tracked::column).collect();
+        let columns: Vec<Column> = plan.columns().collect();
         plan.needs = Needs::of(&columns);
         let has_rates = plan.tracked.len() > columns.len();
         plan.needs.contacts |= has_rates;
@@ -181,6 +181,11 @@ impl Plan {
                 })
             }
         }
+    }
+
+    /// The outputs among what is tracked.
+    pub(crate) fn columns(&self) -> impl Iterator<Item = Column> {
+        self.tracked.iter().filter_map(Tracked::column)
     }
 
     fn track(&mut self, quantity: Quantity, highest: bool, lowest: bool) -> Source {

@@ -134,7 +134,7 @@ fn usual_columns(mechanism: &Mechanism) -> Vec<Named> {
     }
     for (index, slot) in mechanism.slots.iter().enumerate() {
         let first = match slot.law.surfaces {
-            Surfaces::Bearing { .. } => 0,
+            Surfaces::Bearing { .. } | Surfaces::Worn(_) => 0,
             Surfaces::Face(_) => FIRST_OF_CONTACT,
         };
         let end = if slot.law.stick_slip().is_some() { JOINT.len() } else { JOINT.len() - 1 };
@@ -225,10 +225,10 @@ fn sector_columns(mechanism: &Mechanism) -> impl Iterator<Item = Named> {
 }
 
 /// Zeros for the sectors of every slot of which a column asks for one; nothing where none does.
-pub(crate) fn asked_sectors(mechanism: &Mechanism, columns: &[Column]) -> Vec<Vec<f64>> {
+pub(crate) fn asked_sectors(mechanism: &Mechanism, columns: impl Iterator<Item = Column>) -> Vec<Vec<f64>> {
     let mut sectors = Vec::new();
     for column in columns {
-        if let Column::SectorWear(slot, _) = *column {
+        if let Column::SectorWear(slot, _) = column {
             sectors.resize(mechanism.slots.len(), Vec::new());
             sectors[slot].resize(mechanism.slots[slot].law.sectors(), 0.0);
         }
@@ -480,7 +480,8 @@ fn energy_value(dynamics: &Dynamics, work: &Work, quantity: usize) -> f64 {
 
 fn joint_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
     let SlotContact { motion, state } = dynamics.contact(index);
-    let [x, y] = motion.eccentricity;
+    let slot = &dynamics.tree.slots[index];
+    let [x, y] = dynamics.slot_to_world(slot, motion.eccentricity.into()).into();
     match quantity {
         0 => x,
         1 => y,

@@ -79,7 +79,7 @@ impl<'a> System<'a> {
         let joints = mechanism.slots.len();
         let counts_work = Needs::of(&table.0).work || plan.needs.work;
         let mut motion = Motion::new(mechanism, counts_work, monitor);
-        motion.work.sectors = asked_sectors(mechanism, &table.0);
+        motion.work.sectors = asked_sectors(mechanism, table.0.iter().copied().chain(plan.columns()));
         let samples = Samples::new(settings, table, from);
         Self {
             motion,
@@ -294,7 +294,7 @@ impl<'a> System<'a> {
     fn cross_end(&mut self, index: usize, t: f64) -> Result<bool, Status> {
         let Motion { dynamics, mechanism, work, .. } = &mut self.motion;
         let slot = &mechanism.slots[index];
-        let (Surfaces::Face(face), Some(neighbor)) = (slot.law.surfaces, &slot.neighbor) else {
+        let (Surfaces::Face(face), Some(neighbor)) = (&slot.law.surfaces, &slot.neighbor) else {
             return Ok(false);
         };
         let [[own, _], [far, _]] = dynamics.ends_ahead(slot, &face, neighbor);

@@ -64,7 +64,7 @@ pub(crate) fn of_run(
     for (joint, deepest) in mechanism.slots.iter().zip(&log.deepest) {
         if *deepest > DEEP * joint.law.size() {
             let of_what = match joint.law.surfaces {
-                Surfaces::Bearing { .. } => "the journal radius",
+                Surfaces::Bearing { .. } | Surfaces::Worn(_) => "the journal radius",
                 Surfaces::Face(_) if joint.backlash.is_some() => "the pitch radius",
                 Surfaces::Face(_) => "the size of what touches the face",
             };

@@ -158,6 +158,7 @@ impl Scene {
                         );
                     }
                 }
+                checker.profile(path, joint);
                 if let Some(lubricant) = film {
                     checker.lubricant(&format!("{path}.film"), lubricant, *journal_radius);
                 }

@@ -3,10 +3,14 @@
 use crate::contact::film::{FINITE_WIDTHS, Lubricant};
 use crate::contact::friction::{FrictionLaw, JointFriction};
 use crate::contact::normal::{Damping, NormalLaw};
+use crate::contact::pair::SlidingVelocity;
 use crate::contact::sticking::StickSlip;
 use crate::error::refused;
 use crate::scene::check::Checker;
 use crate::scene::parts::{GuideShape, Joint, Start};
+
+/// Fewest sectors of a worn bearing: each spans an eighth of a turn at most.
+const LEAST_SECTORS: usize = 8;
 
 impl Checker {
     pub(super) fn normal_law(&mut self, path: &str, law: &NormalLaw) {
@@ -28,6 +32,39 @@ impl Checker {
             }
             Damping::HuntCrossley { hysteresis_factor } => {
                 self.at_least(&format!("{path}.hysteresis_factor"), "s/m", hysteresis_factor, 0.0);
+            }
+        }
+    }
+
+    /// Checks the worn profile of a bearing, and that its laws are those of its pressures.
+    pub(super) fn profile(&mut self, path: &str, joint: &Joint) {
+        let Joint::Clearance { profile, contact, friction, sliding, film, .. } = joint else { return };
+        if profile.is_empty() {
+            return;
+        }
+        if profile.len() < LEAST_SECTORS {
+            let got = profile.len();
+            self.add(
+                format!("{path}.profile"),
+                format!("must have at least {LEAST_SECTORS} sectors, got {got}"),
+            );
+        }
+        for (index, depth) in profile.iter().enumerate() {
+            self.at_least(&format!("{path}.profile[{index}]"), "m", *depth, 0.0);
+        }
+        let exponent = contact.exponent == 1.5;
+        let damped = matches!(contact.damping, Damping::KelvinVoigt { .. } | Damping::Impact { .. });
+        let sticks = matches!(friction, Some(FrictionLaw::StickSlip(_)));
+        let problems = [
+            (!exponent, "contact.exponent", "must be 1.5: the pressures begin as this law does"),
+            (damped, "contact", "must be a law whose damping is in proportion to the elastic force"),
+            (sticks, "friction", "must not be stick_slip: no contact with a profile sticks"),
+            (*sliding != SlidingVelocity::Surface, "sliding", "must be \"surface\""),
+            (film.is_some(), "film", "must not be given: oil films are those of round bearings"),
+        ];
+        for (is_wrong, field, problem) in problems {
+            if is_wrong {
+                self.add(format!("{path}.{field}"), format!("{problem}, in a bearing with a profile"));
             }
         }
     }

@@ -167,6 +167,8 @@ pub enum Joint {
         sliding: SlidingVelocity,
         /// Lubricant between the surfaces, if any.
         film: Option<Lubricant>,
+        /// Depth by which each sector of the bearing is worn [m]; none for a point contact.
+        profile: Vec<f64>,
         /// Lower bound of the impact velocity in the damping [m/s]; `None`: chosen from the tolerance.
         impact_velocity_floor: Option<f64>,
     },

@@ -150,6 +150,7 @@ fn joint(node: Node, problems: &mut Problems) -> Joint {
             friction: fields.optional("friction").map(|node| friction_law(node, problems)),
             sliding: fields.word("sliding", &conventions, problems),
             film: fields.optional("film").map(|node| lubricant(node, problems)),
+            profile: fields.optional("profile").map_or_else(Vec::new, |node| node.numbers(problems)),
             impact_velocity_floor: fields.optional_number("impact_velocity_floor", problems),
         }
     } else if let JointType::Guide | JointType::Pin | JointType::Stop = kind {

@@ -3,6 +3,7 @@
 
 use crate::contact::face::Face;
 use crate::contact::pair::{ContactLaw, SlidingVelocity, Surfaces};
+use crate::contact::worn::WornBearing;
 use crate::scene::parts::{GuideShape, Joint, length_scale};
 use crate::tree::elements::{ContactSlot, FramePoint, Guide, Neighbor, Tree};
 use crate::tree::kinematics::{Vec2, direction, perp, rotated};
@@ -38,6 +39,7 @@ impl Builder<'_> {
                     contact,
                     friction,
                     sliding,
+                    profile,
                     impact_velocity_floor,
                     ..
                 } => tree.slots.push(ContactSlot {
@@ -45,9 +47,17 @@ impl Builder<'_> {
                     points: self.ends(joint).map(|end| self.place(end)),
                     bodies: self.ends(joint).map(|end| end.body),
                     law: ContactLaw {
-                        surfaces: Surfaces::Bearing {
-                            journal_radius: *journal_radius,
-                            bearing_radius: journal_radius + clearance,
+                        surfaces: if profile.is_empty() {
+                            Surfaces::Bearing {
+                                journal_radius: *journal_radius,
+                                bearing_radius: journal_radius + clearance,
+                            }
+                        } else {
+                            let [bearing, _] = self.ends(joint).map(|end| self.placement(end.body));
+                            let law = (*clearance, contact.stiffness);
+                            Surfaces::Worn(Box::new(WornBearing::new(
+                                *journal_radius, law, profile, bearing.angle,
+                            )))
                         },
                         clearance: *clearance,
                         normal: *contact,
@@ -63,6 +73,11 @@ impl Builder<'_> {
         }
     }
 
+    /// Where a body, or ground, is on its frame.
+    fn placement(&self, body: Option<usize>) -> Placement {
+        body.and_then(|body| self.placements[body]).unwrap_or(Placement::GROUND)
+    }
+
     /// Adds a guide with its slots; a stop is a slot alone.
     fn add_guide(&self, tree: &mut Tree, joint: &Joint) {
         let Joint::Guide { name, axis, shape, face_length, contact, friction, impact_velocity_floor, .. } =
@@ -72,8 +87,7 @@ impl Builder<'_> {
         };
         let ends = self.ends(joint);
         let (points, bodies) = (ends.map(|end| self.place(end)), ends.map(|end| end.body));
-        let [first, second] =
-            bodies.map(|body| body.and_then(|body| self.placements[body]).unwrap_or(Placement::GROUND));
+        let [first, second] = bodies.map(|body| self.placement(body));
         let axis = turned(direction(Vec2::from(*axis)), first.angle);
         let angle = match *shape {
             GuideShape::Block { angle, .. } => Some(angle),

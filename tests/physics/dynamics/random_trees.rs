@@ -346,6 +346,7 @@ impl<'a> Builder<'a> {
                 SlidingVelocity::ContactPoint
             },
             film: None,
+            profile: Vec::new(),
             impact_velocity_floor: None,
         });
     }

@@ -24,7 +24,7 @@ const INERTIA: f64 = 1e-4;
 const SCALES: [f64; 3] = [1e-5, 1.0, 100.0];
 
 /// What is drawn at random, and how the system answers the integrator.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Rattle {
     pub law: ContactLaw,
     /// Amplitudes of the load, cos along x and sin along y [N].
@@ -95,12 +95,12 @@ impl Rattle {
     }
 
     /// Integrates the scene; the outcome and the state (x, y, vx, vy, angular velocity) at the end.
-    pub fn run(mut self, method: &mut dyn Stepper, rtol: f64) -> (Outcome, [f64; 5]) {
-        self.rtol = rtol;
+    pub fn run(&self, method: &mut dyn Stepper, rtol: f64) -> (Outcome, [f64; 5]) {
+        let mut scene = Self { rtol, ..self.clone() };
         let (mut q, mut v) = ([0.0; 3], [self.start[0], self.start[1], 0.0]);
         let limits = Limits { max_steps: 3_000_000, ..Limits::default() };
         let duration = self.duration;
-        let outcome = integrate_with(&mut self, method, limits, 0.0, duration, &mut q, &mut v);
+        let outcome = integrate_with(&mut scene, method, limits, 0.0, duration, &mut q, &mut v);
         (outcome, [q[0], q[1], v[0], v[1], v[2]])
     }
 

@@ -112,6 +112,7 @@ fn written_scene_is_read_as_what_it_says() {
             friction,
             sliding,
             film: None,
+            profile: Vec::new(),
             impact_velocity_floor: floor,
         };
     let law = |exponent: f64, damping: Damping| NormalLaw { stiffness: 1e10, exponent, damping };

@@ -63,3 +63,13 @@ def test_sectors_count_from_the_start_of_a_run_that_continues():
     assert parts[:, 0].sum() == 0.0
     assert parts[:, -1].sum() == pytest.approx(np.ptp(second["wrist.wear"]), rel=1e-12)
     assert second["wrist.wear"][-1] == pytest.approx(whole["wrist.wear"][-1], rel=0.1)
+
+
+def test_features_of_a_sector_need_no_output_of_it():
+    peak = cc.features.peak("wrist.wear_3")
+    run = cc.simulate(MECHANISMS[0], duration=0.02, samples=2, outputs=["slider.x"], features=[peak])
+    sector = cc.simulate(MECHANISMS[0], duration=0.02, samples=2, outputs=["wrist.wear_3"])["wrist.wear_3"]
+    assert peak.unit == "N m"
+    assert run.feature(peak) == pytest.approx(sector[-1], rel=0.02)
+    with pytest.raises(ValueError):
+        cc.simulate(MECHANISMS[0], duration=0.02, samples=2, features=[cc.features.peak("wrist.wear_72")])

@@ -125,7 +125,7 @@ pub(crate) fn begin_contacts(
 /// Decides which of two corners at an end of a guide is over the face of the other; the first of them decides.
 fn begin_at_ends(motion: &mut Motion, index: usize) {
     let slot = &motion.mechanism.slots[index];
-    if let (Surfaces::Face(face), Some(neighbor)) = (slot.law.surfaces, &slot.neighbor)
+    if let (Surfaces::Face(face), Some(neighbor)) = (&slot.law.surfaces, &slot.neighbor)
         && index < neighbor.slot
     {
         let [[ahead, _], _] = motion.dynamics.ends_ahead(slot, &face, neighbor);

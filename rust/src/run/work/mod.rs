@@ -91,9 +91,9 @@ impl Work {
             sum.impact += loss.impact * dt;
             sum.friction += loss.friction * dt;
             sum.wear += loss.wear * dt;
-        }
-        for (index, sectors) in self.sectors.iter_mut().enumerate() {
-            dynamics.add_wear_by_sector(index, dt, sectors);
+            if let Some(sectors) = self.sectors.get_mut(index) {
+                dynamics.add_wear_by_sector(index, loss.wear * dt, sectors);
+            }
         }
         for (index, sum) in self.dry_joints.iter_mut().enumerate() {
             *sum += dynamics.dry_loss(index) * dt;
