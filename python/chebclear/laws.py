@@ -1,5 +1,6 @@
 """Contact laws, friction laws and oil films of clearance joints, and friction of ideal ones."""
 
+from .decisions.wear import Archard as Archard
 from .mechanisms import hertz_stiffness as hertz_stiffness
 from .scene.scene import (
     ExactRestitution as ExactRestitution,

@@ -11,6 +11,7 @@ from .decisions.lost_motion import LostMotion as LostMotion
 from .decisions.measured import Agreement as Agreement, Measured as Measured
 from .decisions.modes import Modes as Modes
 from .decisions.rare import RareShare as RareShare
+from .decisions.wear import WearLife as WearLife
 from .execution.failures import FailedRun as FailedRun
 from .execution.plan import Plan as Plan
 from .run.accuracy import ErrorEstimate as ErrorEstimate

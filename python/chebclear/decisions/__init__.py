@@ -2,6 +2,6 @@
 
 In: studies with requirements and costs, a scene, or bands and a measured trace; out: paired differences with
 exact intervals, rare shares, tolerances of least cost, natural frequencies and modes, positions, transmission
-angles, lost motion, shares of a trace inside bands, regions of parameters.
+angles, lost motion, wear, shares of a trace inside bands, regions of parameters.
 Uses `templates`, `study`, `execution`, `run`, `scene`, `report`, `plots`, `data` and `base`.
 """

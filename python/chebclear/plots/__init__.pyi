@@ -33,3 +33,4 @@ from .spectra import (
     plot_spectrum as plot_spectrum,
 )
 from .style import print_style as print_style
+from .wear import plot_wear as plot_wear

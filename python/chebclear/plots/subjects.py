@@ -29,6 +29,7 @@ _WORDS = {
     "Identification": "an Identification, as identify returns it",
     "Allocation": "an Allocation, as allocate returns it",
     "LostMotion": "a LostMotion, as lost_motion returns it",
+    "WearLife": "a WearLife, as wear_life returns it",
     "Spectrum": 'a Spectrum, as run.spectrum("slider.ax") returns it',
     "Cycles": 'load cycles, as run.cycles("wrist.normal_force") returns them',
     "Sweep": "a Sweep, as Study.sweep returns it",

@@ -1,7 +1,7 @@
 //! Contact slots: relative motion of the two surfaces, and the contact forces.
 
 use super::Dynamics;
-use super::reactions::Wrench;
+use super::reactions::{PairForce, Wrench};
 use crate::contact::face::Face;
 use crate::contact::normal::Latch;
 use crate::contact::pair::{ContactState, Phase, RelativeMotion, Surfaces};
@@ -32,16 +32,6 @@ pub struct SlotContact {
     pub motion: RelativeMotion<f64>,
     /// Penetration, velocities and forces.
     pub state: ContactState<f64>,
-}
-
-/// A force on the second body of a slot, with its reaction on the first.
-pub(super) struct PairForce {
-    /// Where the two act [m].
-    pub(super) positions: [Vec2; 2],
-    /// The force in the world frame [N].
-    pub(super) force: Vec2,
-    /// Moments on the second body and, reversed, on the first [N m]: of the first, then of the second.
-    pub(super) moments: [f64; 2],
 }
 
 /// Place of what slides in a guide, seen from the body that has the faces.

@@ -14,7 +14,8 @@
 //! its flanks are contacts of this one coordinate.
 
 use super::Dynamics;
-use super::contacts::{PairForce, SlotMotion};
+use super::contacts::SlotMotion;
+use super::reactions::PairForce;
 use super::reactions::Wrench;
 use crate::contact::pair::{ContactState, Phase};
 use crate::numerics::instant::exact_product;

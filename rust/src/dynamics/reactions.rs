@@ -5,7 +5,6 @@
 //! solving for them.
 
 use super::Dynamics;
-use super::contacts::PairForce;
 use crate::contact::film::FilmForce;
 use crate::tree::elements::Realization;
 use crate::tree::kinematics::Vec2;
@@ -17,6 +16,16 @@ pub struct Wrench {
     pub force: Vec2,
     /// Moment [N m] about the origin unless another point is stated.
     pub moment: f64,
+}
+
+/// A force on the second body of a slot, with its reaction on the first.
+pub(super) struct PairForce {
+    /// Where the two act [m].
+    pub(super) positions: [Vec2; 2],
+    /// The force in the world frame [N].
+    pub(super) force: Vec2,
+    /// Moments on the second body and, reversed, on the first [N m]: of the first, then of the second.
+    pub(super) moments: [f64; 2],
 }
 
 impl Wrench {
