@@ -15,8 +15,7 @@
 
 use super::Dynamics;
 use super::contacts::SlotMotion;
-use super::reactions::PairForce;
-use super::reactions::Wrench;
+use super::reactions::{PairForce, Wrench};
 use crate::contact::pair::{ContactState, Phase};
 use crate::numerics::instant::exact_product;
 use crate::numerics::jet::Jet;
