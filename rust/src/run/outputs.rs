@@ -1,8 +1,7 @@
 //! The named columns of a trajectory.
 
 use crate::contact::film::FilmForce;
-use crate::contact::pair::Phase;
-use crate::contact::pair::Surfaces;
+use crate::contact::pair::{Phase, Surfaces};
 use crate::dynamics::{Dynamics, SlotContact, Wrench};
 use crate::error::{InputError, Problem, Subject, meant_or_known};
 use crate::mechanism::compiled::Mechanism;

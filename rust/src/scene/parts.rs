@@ -17,7 +17,6 @@ use crate::scene::time_function::TimeFunction;
 pub const GROUND: &str = "ground";
 /// The point that every body has besides those of the user: its center of mass.
 pub const CENTER_OF_MASS: &str = "center_of_mass";
-
 /// First part of the names of the energies of the whole mechanism.
 pub const ENERGY: &str = "energy";
 
