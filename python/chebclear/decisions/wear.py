@@ -174,6 +174,7 @@ class WearLife(Shown):
         return plot_wear(self, joint, ax=ax, unit=unit)
 
 
+# Long because each argument is checked beside the loop that it steers.
 def wear_life(
     scene: Scene,
     wear: Mapping[str, Archard],
