@@ -227,7 +227,7 @@ impl<'a> System<'a> {
                 // bodies may slide as far as they like.
                 let clearance = joint.law.clearance;
                 let (rate, acceleration, clearance) = match joint.law.surfaces {
-                    Surfaces::Bearing { .. } => {
+                    Surfaces::Bearing { .. } | Surfaces::Worn(_) => {
                         (relative.rate.norm(), relative.acceleration.norm(), clearance)
                     }
                     // Beyond the end of a face there is as much room as there is distance.
