@@ -18,7 +18,6 @@ from .decisions.lost_motion import lost_motion as lost_motion
 from .decisions.measured import load_measured as load_measured
 from .decisions.modes import modes as modes
 from .decisions.rare import rare_share as rare_share
-from .decisions.wear import wear_life as wear_life
 from .errors import (
     ChebclearError as ChebclearError,
     ChebclearWarning as ChebclearWarning,

@@ -1,6 +1,6 @@
-"""Contact laws, friction laws and oil films of clearance joints, and friction of ideal ones."""
+"""Contact laws, friction laws and oil films of clearance joints, and wear."""
 
-from .decisions.wear import Archard as Archard
+from .decisions.wear import Archard as Archard, wear_life as wear_life
 from .mechanisms import hertz_stiffness as hertz_stiffness
 from .scene.scene import (
     ExactRestitution as ExactRestitution,

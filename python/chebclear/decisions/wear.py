@@ -235,7 +235,7 @@ def wear_life(
     >>> import chebclear as cc
     >>> scene = cc.mechanisms.slider_crank(clearance_at=("wrist",))
     >>> bronze = cc.laws.Archard(coefficient=1e-4, hardness=1e9, length=0.02)
-    >>> found = cc.wear_life(scene, {"wrist": bronze}, limit=5e-6, depth_per_jump=5e-6)
+    >>> found = cc.laws.wear_life(scene, {"wrist": bronze}, limit=5e-6, depth_per_jump=5e-6)
     >>> found.end, len(found.cycles)
     ('depth', 2)
     """

@@ -52,7 +52,7 @@ def plot_wear(
     >>> import chebclear as cc
     >>> scene = cc.mechanisms.slider_crank(clearance_at=("wrist",))
     >>> law = cc.laws.Archard(coefficient=1e-4, hardness=1e9, length=0.02)
-    >>> found = cc.wear_life(scene, {"wrist": law}, limit=2e-6, depth_per_jump=2e-6)
+    >>> found = cc.laws.wear_life(scene, {"wrist": law}, limit=2e-6, depth_per_jump=2e-6)
     >>> ax = cc.plots.plot_wear(found, "wrist", unit="µm")
     """
     require("life", life, "WearLife")

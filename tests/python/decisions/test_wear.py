@@ -218,7 +218,7 @@ def rigid_life(depth):
 def life(**options):
     scene = journal(law=cc.laws.HuntCrossley(STIFFNESS, 1.0))
     options = {"limit": 3e-5, "cycle": TURN, "measure": 1, "settle": 1} | options
-    return cc.wear_life(scene, {"pin": LAW}, **options)
+    return cc.laws.wear_life(scene, {"pin": LAW}, **options)
 
 
 def test_a_journal_wears_a_groove_of_its_own_radius():
@@ -289,4 +289,4 @@ def test_arguments_that_cannot_be():
         ({"pin": LAW}, {"requirement": cc.require("journal.z", above=0.0)}),
     ):
         with pytest.raises((ValueError, TypeError)):
-            cc.wear_life(scene, arguments, cycle=TURN, **options)
+            cc.laws.wear_life(scene, arguments, cycle=TURN, **options)
