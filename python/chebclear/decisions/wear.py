@@ -54,7 +54,7 @@ class Archard:
     A sector worn by W [N m], its integral of force times slip, loses the volume ``coefficient / hardness *
     W``. Source: Archard (1953).
 
-    Parameters
+    Attributes
     ----------
     coefficient : float
         Wear coefficient of the pair of materials and its lubrication [-].
