@@ -3,9 +3,11 @@
 from .decisions.wear import Archard as Archard, wear_life as wear_life
 from .mechanisms import hertz_stiffness as hertz_stiffness
 from .scene.scene import (
+    ContactFormula as ContactFormula,
     ExactRestitution as ExactRestitution,
     FiniteBearing as FiniteBearing,
     Flores as Flores,
+    FrictionFormula as FrictionFormula,
     GuideFriction as GuideFriction,
     Hertz as Hertz,
     HuntCrossley as HuntCrossley,

@@ -17,20 +17,20 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Event(records.ArrayRecord):
-    """One change of contact.
+    """One change of contact, or of the form of a formula.
 
     Attributes
     ----------
     time : float
         Time [s].
     joint : str
-        Name of the clearance joint.
+        Name of the clearance joint; of a formula that of the force, torque or coupling.
     kind : str
         ``"onset"``, ``"separation"``; ``"clip"`` and ``"unclip"``: normal force reaches and leaves 0;
         ``"stick"`` and ``"slip"`` of the law `StickSlip`; ``"transfer"``: at the end of a face the contact
-        passes to its end, or to the corner that comes there.
+        passes to its end, or to the corner that comes there; ``"switch"``: a formula changes its form.
     normal_velocity : float
-        Penetration rate at that instant [m/s].
+        Penetration rate at that instant [m/s]; NaN for a force, torque or coupling.
     """
 
     time: float = field(metadata=unit("s"))
@@ -48,13 +48,13 @@ class Events(Rows[Event]):
     time : Array
         Time [s].
     joint : ndarray of str
-        Name of the clearance joint.
+        Name of the clearance joint; of a formula that of the force, torque or coupling.
     kind : ndarray of str
         ``"onset"``, ``"separation"``; ``"clip"`` and ``"unclip"``: normal force reaches and leaves 0;
         ``"stick"`` and ``"slip"`` of the law `StickSlip`; ``"transfer"``: at the end of a face the contact
-        passes to its end, or to the corner that comes there.
+        passes to its end, or to the corner that comes there; ``"switch"``: a formula changes its form.
     normal_velocity : Array
-        Penetration rate at that instant [m/s].
+        Penetration rate at that instant [m/s]; NaN for a force, torque or coupling.
     """
 
     row: ClassVar = Event

@@ -14,7 +14,7 @@ from ..base.arguments import as_number
 from ..base.shown import listed
 from ..base.units import units
 from ..errors import SceneError
-from .functions import Table, unit_of_points
+from .functions import Expression, Table, unit_of_points
 from .parts import (
     GROUND,
     Body,
@@ -233,6 +233,9 @@ def _fields(fields: dict[str, Any], unit: dict[str, str]) -> str:
             shown.append(words)
         elif isinstance(value, str):
             shown.append(f"{words} {value}")
+        elif isinstance(value, Expression):
+            constants = "".join(f", {key} {_number(number)}" for key, number in value.constants.items())
+            shown.append(f"{words} {value.text} [{unit.get(name, '?')}]{constants}")
         elif as_number(value) is not None or isinstance(value, tuple):
             of = unit.get(name, "?").replace("exponent", _number(fields.get("exponent", "exponent")))
             shown.append(f"{words} {_vector(value)} [{of}]")

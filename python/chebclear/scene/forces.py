@@ -100,12 +100,15 @@ class Damper(Loaded):
 
 
 @dataclass(frozen=True)
-class Bushing(Part):
+class Bushing(Loaded):
     """A radial spring and damper between two points that may coincide, with a torsion spring and damper.
 
     A rubber bearing: the force on body b is -stiffness (vector from a to b) - damping (velocity of b against
     body a); both forces act at b. Outputs are its ``deflection``, ``force_x`` and ``force_y``, and with a
     torsion spring or damper ``angle`` and ``torque``.
+
+    Each number may be a formula of the motion, such as ``"2e5 + 3e9*mount.deflection**2"``: force over
+    deflection, not its slope. Work of a stiffness that is a formula counts as input, of a damping as loss.
 
     Parameters
     ----------
@@ -113,25 +116,28 @@ class Bushing(Part):
         Name, unique in the scene.
     a, b : str
         The two points, as ``"body.point"``.
-    stiffness : float
+    stiffness : float, str or Expression
         Stiffness in all directions [N/m].
-    damping : float
+    damping : float, str or Expression
         Damping in all directions [N s/m].
-    torsional_stiffness : float
+    torsional_stiffness : float, str or Expression
         Torsional stiffness [N m/rad], unloaded where the two bodies have the same angle.
-    torsional_damping : float
+    torsional_damping : float, str or Expression
         Torsional damping [N m s/rad].
     """
 
     _tag = ("type", "bushing")
+    _choices: ClassVar = dict.fromkeys(
+        ("stiffness", "damping", "torsional_stiffness", "torsional_damping"), (Expression,)
+    )
 
     name: str
     a: str
     b: str
-    stiffness: float = field(metadata=unit("N/m"))
-    damping: float = field(default=0.0, metadata=unit("N s/m"))
-    torsional_stiffness: float = field(default=0.0, metadata=unit("N m/rad"))
-    torsional_damping: float = field(default=0.0, metadata=unit("N m s/rad"))
+    stiffness: float | Expression | str = field(metadata=unit("N/m"))
+    damping: float | Expression | str = field(default=0.0, metadata=unit("N s/m"))
+    torsional_stiffness: float | Expression | str = field(default=0.0, metadata=unit("N m/rad"))
+    torsional_damping: float | Expression | str = field(default=0.0, metadata=unit("N m s/rad"))
 
 
 @dataclass(frozen=True)

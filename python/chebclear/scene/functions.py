@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -129,13 +129,15 @@ class Expression(Part):
     constants: Mapping[str, float] = field(default_factory=lambda: Constants({}), metadata=unit("unit"))
 
 
-def names_of_motion(text: str) -> list[str] | None:
-    """The names in an `Expression` of the time or the motion; None for a text that is none, as ``"2 *
-    weight"``.
+def names_of_motion(text: str, quantities: Collection[str] = ()) -> list[str] | None:
+    """The names in an `Expression` of the time or the motion, or of the `quantities` of a law; None for a
+    text that is none, as ``"2 * weight"``.
     """
     from .. import _core  # here only: writing down a scene needs no core
 
     names = _core.expression_names(text)
+    if quantities:
+        return names or []
     return names if names and any(name == "time" or "." in name for name in names) else None
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import ClassVar, TypeAlias
 
 from ..base.units import unit
+from .forces import Loaded
+from .functions import Expression
 from .schema import Part
 
 
@@ -266,6 +268,64 @@ class StickSlip(Part):
 
 
 @dataclass(frozen=True)
+class ContactFormula(Loaded):
+    """A normal force that is a formula, never tensile.
+
+    Its names are ``penetration``, ``penetration_rate`` and ``impact_velocity``, the rate at the onset of the
+    contact, which is kept until the separation; for the language see `Expression`. Without rate it is zero at
+    no penetration and positive beyond; damping must not make energy. Both are looked at when a scene is
+    checked. Where the force would pull it is zero, as that of all laws.
+
+    Parameters
+    ----------
+    force : str or Expression
+        The force [N]; a text is an `Expression`.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> law = cc.laws.ContactFormula("1e10*penetration**1.5*(1 + 0.2*penetration_rate)")
+    >>> law.force.text
+    '1e10*penetration**1.5*(1 + 0.2*penetration_rate)'
+    """
+
+    _tag = ("law", "formula")
+    _choices: ClassVar = {"force": (Expression,)}
+
+    force: Expression | str = field(
+        metadata=unit("N") | {"quantities": ("penetration", "penetration_rate", "impact_velocity")}
+    )
+
+
+@dataclass(frozen=True)
+class FrictionFormula(Loaded):
+    """A friction coefficient that is a formula.
+
+    Its names are ``sliding_velocity`` and ``normal_force``. It has the sign of the sliding velocity, so that
+    friction takes energy, which is looked at when a scene is checked. One that jumps there, as ``sign`` does,
+    ends a run where the surfaces come to rest: take ``tanh``, or the law `StickSlip`.
+
+    Parameters
+    ----------
+    coefficient : str or Expression
+        The coefficient [-]; a text is an `Expression`.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> cc.laws.FrictionFormula("0.1*tanh(sliding_velocity/0.01)").coefficient.text
+    '0.1*tanh(sliding_velocity/0.01)'
+    """
+
+    _tag = ("law", "formula")
+    _choices: ClassVar = {"coefficient": (Expression,)}
+
+    coefficient: Expression | str = field(
+        metadata=unit("-") | {"quantities": ("sliding_velocity", "normal_force")}
+    )
+
+
+@dataclass(frozen=True)
 class ShortBearing(Part):
     """Oil film between journal and bearing: the closed form for a bearing that is short along its axis.
 
@@ -360,10 +420,26 @@ class GuideFriction(Part):
     half_length: float = field(metadata=unit("m"))
 
 
-CONTACT_LAWS = (LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley, KelvinVoigt, Impact, Hertz)
-ContactLaw: TypeAlias = (
-    LankaraniNikravesh | Flores | ExactRestitution | HuntCrossley | KelvinVoigt | Impact | Hertz
+CONTACT_LAWS = (
+    LankaraniNikravesh,
+    Flores,
+    ExactRestitution,
+    HuntCrossley,
+    KelvinVoigt,
+    Impact,
+    Hertz,
+    ContactFormula,
 )
-FRICTION_LAWS = (ModifiedCoulomb, SmoothedCoulomb, StickSlip)
-FrictionLaw: TypeAlias = ModifiedCoulomb | SmoothedCoulomb | StickSlip
+ContactLaw: TypeAlias = (
+    LankaraniNikravesh
+    | Flores
+    | ExactRestitution
+    | HuntCrossley
+    | KelvinVoigt
+    | Impact
+    | Hertz
+    | ContactFormula
+)
+FRICTION_LAWS = (ModifiedCoulomb, SmoothedCoulomb, StickSlip, FrictionFormula)
+FrictionLaw: TypeAlias = ModifiedCoulomb | SmoothedCoulomb | StickSlip | FrictionFormula
 Film: TypeAlias = ShortBearing | FiniteBearing

@@ -144,9 +144,9 @@ class ClearanceRevolute(Part):
         Radius of the journal [m].
     clearance : float
         Radial clearance, bearing radius minus journal radius [m].
-    contact : LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley, KelvinVoigt, Impact or Hertz
+    contact : ExactRestitution, LankaraniNikravesh, Flores, Hertz or another contact law
         Law of the normal force.
-    friction : ModifiedCoulomb, SmoothedCoulomb or StickSlip, optional
+    friction : ModifiedCoulomb, SmoothedCoulomb, StickSlip or FrictionFormula, optional
         Law of the friction force; none if not given.
     sliding : {"surface", "contact_point"}
         Sliding velocity in the friction law: of the two material surfaces, or of the geometric contact point
@@ -214,7 +214,7 @@ class ClearancePrismatic(Part):
         Distance of the block in the middle to each face [m]: half of the whole play.
     contact : LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley, KelvinVoigt, Impact or Hertz
         Law of the normal force of each corner.
-    friction : ModifiedCoulomb, SmoothedCoulomb or StickSlip, optional
+    friction : ModifiedCoulomb, SmoothedCoulomb, StickSlip or FrictionFormula, optional
         Law of the friction force; none if not given.
     angle : float
         Angle of body b relative to body a without tilt [rad].
@@ -275,9 +275,9 @@ class PinInSlot(Part):
         Radius of the pin [m].
     clearance : float
         Distance of the pin in the middle to each face [m]: half of the whole play.
-    contact : LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley, KelvinVoigt, Impact or Hertz
+    contact : ExactRestitution, LankaraniNikravesh, Flores, Hertz or another contact law
         Law of the normal force.
-    friction : ModifiedCoulomb, SmoothedCoulomb or StickSlip, optional
+    friction : ModifiedCoulomb, SmoothedCoulomb, StickSlip or FrictionFormula, optional
         Law of the friction force; none if not given.
     face_length : float, optional
         Length of the faces along the axis [m], with the point of the slot in their middle; without ends if
@@ -313,9 +313,9 @@ class Stop(Part):
         A point of the face and the corner, or the center of the edge, as ``"body.point"``.
     normal : (float, float)
         Direction out of the face in the frame of body a [-], of any length.
-    contact : LankaraniNikravesh, Flores, ExactRestitution, HuntCrossley, KelvinVoigt, Impact or Hertz
+    contact : ExactRestitution, LankaraniNikravesh, Flores, Hertz or another contact law
         Law of the normal force.
-    friction : ModifiedCoulomb, SmoothedCoulomb or StickSlip, optional
+    friction : ModifiedCoulomb, SmoothedCoulomb, StickSlip or FrictionFormula, optional
         Law of the friction force; none if not given.
     radius : float
         Radius of the edge [m]; zero for a corner.

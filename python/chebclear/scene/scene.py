@@ -44,10 +44,12 @@ from .functions import (
     Table as Table,
 )
 from .laws import (
+    ContactFormula as ContactFormula,
     ContactLaw as ContactLaw,
     ExactRestitution as ExactRestitution,
     FiniteBearing as FiniteBearing,
     Flores as Flores,
+    FrictionFormula as FrictionFormula,
     FrictionLaw as FrictionLaw,
     GuideFriction as GuideFriction,
     Hertz as Hertz,

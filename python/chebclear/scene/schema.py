@@ -378,6 +378,8 @@ def _read_records(
         return None
     if annotation.startswith(_EITHER) and not isinstance(plain, dict):
         return _read_value(plain, "float")
+    if annotation.endswith("| str") and isinstance(plain, str):
+        return plain
     if not annotation.startswith("Sequence"):
         return read(plain, accepted, path, problems)
     if isinstance(plain, list):

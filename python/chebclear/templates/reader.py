@@ -285,9 +285,10 @@ class _Reader:
             if isinstance(value, Mapping):
                 return self._part(value, choices, path)
             if isinstance(value, str) and FormulaOfMotion in choices:
-                names = names_of_motion(value)
+                quantities = item.metadata.get("quantities", ())
+                names = names_of_motion(value, quantities)
                 if names is not None:
-                    return self._formula(value, names, path)
+                    return self._formula(value, names, path, quantities)
         if annotation.startswith("float"):
             return self._stand_in(value, unit, path)
         if annotation in ("Vector", "Numbers") and isinstance(value, list):
@@ -303,13 +304,16 @@ class _Reader:
             }
         return value
 
-    def _formula(self, text: str, names: Iterable[str], path: Path) -> dict[str, Any]:
+    def _formula(
+        self, text: str, names: Iterable[str], path: Path, quantities: Sequence[str]
+    ) -> dict[str, Any]:
         """A formula of the motion whose constants are the parameters in it."""
         parameters = self.file.get("parameters", {})
         used = [name for name in dict.fromkeys(names) if name in parameters]
         for name in dict.fromkeys(names):
-            if name not in parameters and name != "time" and "." not in name:
-                self.values.note(path, f'unknown name "{name}"{meant_or_known(name, parameters)}')
+            if name not in (*parameters, *quantities, "time") and "." not in name:
+                meant = meant_or_known(name, (*parameters, *quantities))
+                self.values.note(path, f'unknown name "{name}"{meant}')
         self.expressions += [((*path, "constants", name), parse(name)) for name in used]
         return {"function": "expression", "text": text, "constants": dict.fromkeys(used, 0.0)}
 

@@ -1,10 +1,13 @@
 //! Friction laws: sliding velocity in, friction coefficient out; for an ideal joint its reaction in, friction out.
 
+use std::sync::Arc;
+
+use crate::contact::formula::{Formula, steepness};
 use crate::contact::sticking::StickSlip;
 use crate::numerics::dual::Scalar;
 
 /// A law for the friction coefficient.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum FrictionLaw {
     /// Modified Coulomb friction, Eq. (11) of `[Xiang2020]`:
     ///
@@ -35,27 +38,60 @@ pub enum FrictionLaw {
     },
     /// Coulomb friction with sticking: what a contact transmits depends on its traction, here are its coefficients.
     StickSlip(StickSlip),
+    /// A formula of sliding velocity and normal force, which has the sign of the sliding velocity.
+    Formula(Arc<FrictionFormula>),
+}
+
+/// A formula of friction, with the numbers that tolerances ask for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrictionFormula {
+    /// The formula.
+    pub formula: Formula,
+    /// Sliding speed below which it is steep [m/s]; zero if it is steep nowhere or jumps.
+    pub velocity: f64,
+    /// Its slope there [s/m].
+    pub slope: f64,
 }
 
 impl FrictionLaw {
-    /// Friction coefficient with the sign of the sliding velocity [m/s]: μ(|v|) sign(v) [-].
-    #[inline]
+    /// The law of a formula.
+    pub fn of(formula: Formula) -> Self {
+        let [velocity, slope] = steepness(&formula);
+        FrictionLaw::Formula(Arc::new(FrictionFormula { formula, velocity, slope }))
+    }
+
+    /// The formula, if it is one.
+    pub fn formula(&self) -> Option<&Formula> {
+        match self {
+            FrictionLaw::Formula(law) => Some(&law.formula),
+            _ => None,
+        }
+    }
+
+    /// Friction coefficient with the sign of the sliding velocity [m/s]: μ(|v|) sign(v) [-], under a normal force [N].
+    pub fn under<S: Scalar>(&self, sliding_velocity: S, normal_force: S, forms: u16) -> S {
+        match self {
+            FrictionLaw::Formula(law) if normal_force.value() != 0.0 => {
+                // A force that would pull, before the place where it is clipped is located, goes on smoothly.
+                let pressing = normal_force * normal_force.value().signum();
+                law.formula.value(&[sliding_velocity, pressing], forms)
+            }
+            _ => self.signed_coefficient(sliding_velocity),
+        }
+    }
+
+    /// The same of a law that does not depend on the normal force; zero for a formula.
+    #[inline(always)]
     pub fn signed_coefficient<S: Scalar>(&self, sliding_velocity: S) -> S {
-        let (static_coefficient, sliding_coefficient, stick_slip_velocity, static_sliding_velocity) =
-            match *self {
-                FrictionLaw::SmoothedCoulomb { coefficient, velocity } => {
-                    return (sliding_velocity * (1.0 / velocity)).tanh() * coefficient;
-                }
-                FrictionLaw::StickSlip(law) => {
-                    return law.coefficient(sliding_velocity) * sliding_velocity.value().signum();
-                }
-                FrictionLaw::ModifiedCoulomb {
-                    static_coefficient,
-                    sliding_coefficient,
-                    stick_slip_velocity,
-                    static_sliding_velocity,
-                } => (static_coefficient, sliding_coefficient, stick_slip_velocity, static_sliding_velocity),
-            };
+        let FrictionLaw::ModifiedCoulomb {
+            static_coefficient,
+            sliding_coefficient,
+            stick_slip_velocity,
+            static_sliding_velocity,
+        } = *self
+        else {
+            return self.uncommon_coefficient(sliding_velocity);
+        };
         let half_pi = std::f64::consts::FRAC_PI_2;
         let speed = sliding_velocity.value().abs();
         if speed < stick_slip_velocity {
@@ -73,12 +109,28 @@ impl FrictionLaw {
         (phase.cos() * amplitude + mean) * sign
     }
 
+    /// That of the other laws.
+    // Not inlined, so that the evaluation of a contact stays small.
+    #[inline(never)]
+    fn uncommon_coefficient<S: Scalar>(&self, sliding_velocity: S) -> S {
+        match *self {
+            FrictionLaw::SmoothedCoulomb { coefficient, velocity } => {
+                (sliding_velocity * (1.0 / velocity)).tanh() * coefficient
+            }
+            FrictionLaw::StickSlip(law) => {
+                law.coefficient(sliding_velocity) * sliding_velocity.value().signum()
+            }
+            FrictionLaw::ModifiedCoulomb { .. } | FrictionLaw::Formula(_) => S::constant(0.0),
+        }
+    }
+
     /// Sliding speed [m/s] below which the law is steep, which an integrator must resolve; zero without one.
     pub fn stick_velocity(&self) -> f64 {
         match *self {
             FrictionLaw::ModifiedCoulomb { stick_slip_velocity, .. } => stick_slip_velocity,
             FrictionLaw::SmoothedCoulomb { velocity, .. } => velocity,
             FrictionLaw::StickSlip(law) => law.stribeck_velocity,
+            FrictionLaw::Formula(ref law) => law.velocity,
         }
     }
 
@@ -90,6 +142,7 @@ impl FrictionLaw {
             }
             FrictionLaw::SmoothedCoulomb { coefficient, velocity } => coefficient / velocity,
             FrictionLaw::StickSlip(_) => 0.0,
+            FrictionLaw::Formula(ref law) => law.slope,
         }
     }
 
@@ -98,6 +151,7 @@ impl FrictionLaw {
         match *self {
             FrictionLaw::ModifiedCoulomb { static_sliding_velocity, .. } => static_sliding_velocity,
             FrictionLaw::SmoothedCoulomb { velocity, .. } => 3.0 * velocity,
+            FrictionLaw::Formula(ref law) => 3.0 * law.velocity,
             // exp(-3) is 5 %.
             FrictionLaw::StickSlip(law) => 3.0_f64.sqrt() * law.stribeck_velocity,
         }

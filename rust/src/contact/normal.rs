@@ -11,6 +11,9 @@
 //! until the separation. Only this file uses that form: others store a [`Latch`] and ask for forces, elastic
 //! forces and the penetration rate that the damping requires to be resolved.
 
+use std::sync::Arc;
+
+use crate::contact::formula::Formula;
 use crate::numerics::dual::Scalar;
 
 /// Nominal restitution below which the rebound of the Lankarani-Nikravesh law exceeds it by more than 3 %:
@@ -21,7 +24,7 @@ const ACCURATE_RESTITUTION: f64 = 0.85;
 const SOFT_RESTITUTION: f64 = 0.05;
 
 /// Where the hysteresis factor χ [s/m] of a contact comes from.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Damping {
     /// χ = 0: the elastic contact of Hertz.
     Elastic,
@@ -67,6 +70,13 @@ pub enum Damping {
         damping: f64,
         /// Penetration at which it is reached [m].
         depth: f64,
+    },
+    /// The whole force is a formula of penetration, penetration rate and impact velocity.
+    Formula {
+        /// The formula.
+        formula: Arc<Formula>,
+        /// Penetration at which it is compared with a power law [m], see [`NormalLaw::fit`].
+        reference: f64,
     },
 }
 
@@ -115,30 +125,35 @@ const HALVINGS: usize = 60;
 pub struct Latch {
     /// Hysteresis factor χ [s/m].
     hysteresis_factor: f64,
+    /// Impact velocity [m/s] of a formula; zero for other laws.
+    pub(crate) impact_velocity: f64,
+    /// Which form a formula of the normal force and one of friction have: it changes at their switches.
+    pub(crate) forms: [u16; 2],
 }
 
 impl Latch {
     /// No damping.
-    pub const ELASTIC: Latch = Latch { hysteresis_factor: 0.0 };
+    pub const ELASTIC: Latch = Latch { hysteresis_factor: 0.0, impact_velocity: 0.0, forms: [0; 2] };
 
     /// Names of the constants in files.
-    pub const NAMES: [&str; 1] = ["hysteresis_factor"];
+    pub const NAMES: [&str; 2] = ["hysteresis_factor", "impact_velocity"];
 
     /// The constants in that order.
     pub fn numbers(&self) -> [f64; Latch::NAMES.len()] {
-        [self.hysteresis_factor]
+        [self.hysteresis_factor, self.impact_velocity]
     }
 
     /// The latch with these constants.
-    pub fn from_numbers([hysteresis_factor]: [f64; Latch::NAMES.len()]) -> Self {
-        Self { hysteresis_factor }
+    pub fn from_numbers([hysteresis_factor, impact_velocity]: [f64; Latch::NAMES.len()]) -> Self {
+        Self { hysteresis_factor, impact_velocity, ..Latch::ELASTIC }
     }
 }
 
 /// A normal-force law with its constants.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct NormalLaw {
-    /// Contact stiffness K [N/m^exponent].
+    /// Contact stiffness K [N/m^exponent]; that and the exponent of a formula are those of a power law, see
+    /// [`NormalLaw::fit`].
     pub stiffness: f64,
     /// Exponent n of the penetration [-]; 1.5 for Hertzian contact.
     pub exponent: f64,
@@ -147,6 +162,39 @@ pub struct NormalLaw {
 }
 
 impl NormalLaw {
+    /// The law of a formula.
+    pub fn of(formula: Formula) -> Self {
+        let damping = Damping::Formula { formula: Arc::new(formula), reference: f64::NAN };
+        Self { stiffness: f64::NAN, exponent: f64::NAN, damping }
+    }
+
+    /// Gives a formula stiffness and exponent of the power law that has its force and slope at a penetration [m], without
+    /// damping: scales and tolerances rest on these. Other laws stay as they are.
+    pub fn fit(&mut self, penetration: f64) {
+        let Damping::Formula { formula, reference } = &mut self.damping else { return };
+        let [force, slope] = formula.elastic(penetration);
+        let exponent = penetration * slope / force;
+        *reference = penetration;
+        self.exponent = if exponent > 0.0 && exponent.is_finite() { exponent } else { 1.0 };
+        self.stiffness = force / penetration.powf(self.exponent);
+    }
+
+    /// The same at the penetration, up to a largest one [m], at which it carries a load [N].
+    pub fn fit_to_load(&mut self, load: f64, largest: f64) {
+        if let Damping::Formula { formula, .. } = &self.damping {
+            let penetration = formula.penetration_under(load, largest);
+            self.fit(penetration);
+        }
+    }
+
+    /// The formula, if it is one.
+    pub fn formula(&self) -> Option<&Formula> {
+        match &self.damping {
+            Damping::Formula { formula, .. } => Some(formula),
+            _ => None,
+        }
+    }
+
     /// Constants of the damping of a contact that began with `impact_velocity` [m/s] > 0.
     pub fn latch(&self, impact_velocity: f64) -> Latch {
         let hysteresis_factor = match self.damping {
@@ -158,8 +206,14 @@ impl NormalLaw {
             Damping::ExactRestitution { onset_damping, .. } => onset_damping / impact_velocity,
             Damping::HuntCrossley { hysteresis_factor } => hysteresis_factor,
             Damping::KelvinVoigt { .. } | Damping::Impact { .. } => 0.0,
+            Damping::Formula { ref formula, reference } => {
+                let variables = [reference, 0.0, impact_velocity];
+                let [force, slope] = formula.with_damping(variables, formula.forms(&variables));
+                let hysteresis_factor = (slope / force).max(0.0);
+                return Latch::from_numbers([hysteresis_factor, impact_velocity]);
+            }
         };
-        Latch { hysteresis_factor }
+        Latch { hysteresis_factor, ..Latch::ELASTIC }
     }
 
     /// Whether the damping depends on the impact velocity, for which a lower bound (floor) is then needed.
@@ -172,6 +226,7 @@ impl NormalLaw {
             Damping::LankaraniNikravesh { .. }
             | Damping::Flores { .. }
             | Damping::ExactRestitution { .. } => true,
+            Damping::Formula { ref formula, .. } => formula.depends[2],
         }
     }
 
@@ -215,6 +270,9 @@ impl NormalLaw {
 
     /// Stiffness dF_N/dδ of the elastic force at a penetration [N/m].
     pub fn stiffness_at(&self, penetration: f64) -> f64 {
+        if let Some(formula) = self.formula() {
+            return round_to_32_bits(formula.elastic(penetration)[1]);
+        }
         round_to_32_bits(self.exponent * self.stiffness * penetration.powf(self.exponent - 1.0))
     }
 
@@ -253,8 +311,20 @@ impl NormalLaw {
     ///
     /// It is not clipped where it is tensile ([`NormalLaw::force_ratio`] < 0): the clipping is an event of
     /// the integrator, which needs the smooth continuation until it has located the event.
-    #[inline]
     pub fn normal_force<S: Scalar>(&self, penetration: S, penetration_rate: S, latch: Latch) -> S {
+        match &self.damping {
+            Damping::Formula { formula, .. } if penetration.value() > 0.0 => {
+                let variables = [penetration, penetration_rate, S::constant(latch.impact_velocity)];
+                formula.value(&variables, latch.forms[0])
+            }
+            Damping::Formula { .. } => S::constant(0.0),
+            _ => self.built_in_force(penetration, penetration_rate, latch),
+        }
+    }
+
+    /// The same of a law that is no formula.
+    #[inline]
+    pub(super) fn built_in_force<S: Scalar>(&self, penetration: S, penetration_rate: S, latch: Latch) -> S {
         if penetration.value() <= 0.0 {
             return S::constant(0.0);
         }
@@ -303,6 +373,18 @@ impl NormalLaw {
         }
     }
 
+    /// The ratio and its slope of a formula, as of a damper beside the spring; `None` for other laws.
+    #[inline]
+    pub fn ratio_of_formula(&self, [penetration, rate]: [f64; 2], latch: Latch) -> Option<[f64; 2]> {
+        let Damping::Formula { formula, reference } = &self.damping else { return None };
+        // Where both forces vanish the ratio is that beside it.
+        let penetration = penetration.max(f64::EPSILON * reference);
+        let [force, slope] = formula.with_damping([penetration, rate, latch.impact_velocity], latch.forms[0]);
+        let elastic = self.elastic_force(penetration);
+        let both = (elastic + (force - elastic).abs()).max(f64::MIN_POSITIVE);
+        Some([force / both, slope.abs() / both])
+    }
+
     /// Penetration rate [m/s] at which damping and elastic force are equal; infinite without damping.
     pub fn damping_rate(&self, latch: Latch) -> f64 {
         1.0 / latch.hysteresis_factor
@@ -316,11 +398,17 @@ impl NormalLaw {
 
     /// Normal force [N] without damping.
     pub fn elastic_force(&self, penetration: f64) -> f64 {
-        if penetration <= 0.0 { 0.0 } else { self.elastic(penetration) }
+        if penetration <= 0.0 {
+            return 0.0;
+        }
+        self.formula().map_or_else(|| self.elastic(penetration), |formula| formula.elastic_force(penetration))
     }
 
-    /// Elastic energy K δ^(n+1) / (n+1) at a penetration [J].
+    /// Elastic energy K δ^(n+1) / (n+1) at a penetration [J], or the integral of the elastic part of a formula.
     pub fn elastic_energy(&self, penetration: f64) -> f64 {
+        if let Some(formula) = self.formula() {
+            return formula.elastic_energy(penetration);
+        }
         self.elastic_force(penetration) * penetration / (self.exponent + 1.0)
     }
 

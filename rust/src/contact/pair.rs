@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 use crate::contact::face::Face;
 use crate::contact::friction::FrictionLaw;
-use crate::contact::normal::{Latch, NormalLaw};
+use crate::contact::normal::{Damping, Latch, NormalLaw};
 use crate::contact::sticking::{StickSlip, Traction};
 use crate::contact::worn::WornBearing;
 use crate::numerics::dual::{Dual, Scalar};
@@ -210,6 +210,12 @@ impl ContactLaw {
         }
     }
 
+    /// Whether it has a law that is a formula.
+    pub fn has_formula(&self) -> bool {
+        matches!(self.normal.damping, Damping::Formula { .. })
+            || matches!(self.friction, Some(FrictionLaw::Formula(_)))
+    }
+
     /// Sliding velocity of the two material surfaces [m/s], whichever convention the friction law uses.
     pub fn surface_velocity(&self, motion: &RelativeMotion<f64>) -> f64 {
         let geometry = match &self.surfaces {
@@ -278,6 +284,7 @@ impl ContactLaw {
         phase: Phase,
     ) -> ContactState<S> {
         match &self.surfaces {
+            Surfaces::Bearing { .. } if self.has_formula() => self.by_formula(motion, phase),
             Surfaces::Bearing { .. } => self.in_bearing::<S, true>(motion, phase),
             Surfaces::Worn(worn) => self.in_worn_bearing(worn, motion, phase),
             Surfaces::Face(face) => self.at_face(face, motion, phase),
@@ -293,7 +300,7 @@ impl ContactLaw {
     ) -> ContactState<S> {
         let zero = S::constant(0.0);
         match self.geometry(motion) {
-            Some(geometry) => self.forces::<S, FRICTION>(geometry, motion.spin, phase),
+            Some(geometry) => self.forces::<S, FRICTION, false>(geometry, motion.spin, phase),
             None => ContactState {
                 penetration: S::constant(-self.clearance),
                 penetration_rate: zero,
@@ -308,8 +315,25 @@ impl ContactLaw {
     /// The same at a face, with friction that does not stick.
     // Not inlined, so that what it needs is not kept ready where all contacts are bearings.
     #[inline(never)]
-    fn at_face<S: Scalar>(&self, face: &Face, motion: &RelativeMotion<S>, phase: Phase) -> ContactState<S> {
-        self.forces::<S, true>(face.geometry(motion, phase), motion.spin, phase)
+    pub(crate) fn at_face<S: Scalar>(
+        &self,
+        face: &Face,
+        motion: &RelativeMotion<S>,
+        phase: Phase,
+    ) -> ContactState<S> {
+        if self.has_formula() {
+            return self.forces::<S, true, true>(face.geometry(motion, phase), motion.spin, phase);
+        }
+        self.forces::<S, true, false>(face.geometry(motion, phase), motion.spin, phase)
+    }
+
+    /// The same in a bearing by a law that is a formula.
+    #[inline(never)]
+    pub(crate) fn by_formula<S: Scalar>(&self, motion: &RelativeMotion<S>, phase: Phase) -> ContactState<S> {
+        match self.geometry(motion) {
+            Some(geometry) => self.forces::<S, true, true>(geometry, motion.spin, phase),
+            None => self.in_bearing::<S, false>(motion, phase),
+        }
     }
 
     /// The same with friction that can stick. While it does, force and moments are those that do the work of the slip
@@ -371,7 +395,7 @@ impl ContactLaw {
     }
 
     #[inline(always)]
-    fn forces<S: Scalar, const FRICTION: bool>(
+    fn forces<S: Scalar, const FRICTION: bool, const FORMULA: bool>(
         &self,
         geometry: Geometry<S>,
         spin: S,
@@ -384,13 +408,17 @@ impl ContactLaw {
             SlidingVelocity::Surface => tangential_velocity + spin,
             SlidingVelocity::ContactPoint => tangential_velocity * penetration * inverse,
         };
-        let normal_force = match phase {
-            Phase::Contact { latch, clipped: false, .. } => {
-                self.normal.normal_force(penetration, penetration_rate, latch)
+        let (normal_force, forms) = match phase {
+            Phase::Contact { latch, clipped: false, .. } if FORMULA => {
+                (self.normal.normal_force(penetration, penetration_rate, latch), latch.forms[1])
             }
-            _ => zero,
+            Phase::Contact { latch, clipped: false, .. } => {
+                (self.normal.built_in_force(penetration, penetration_rate, latch), 0)
+            }
+            _ => (zero, 0),
         };
-        let friction_force = match self.friction {
+        let friction_force = match &self.friction {
+            Some(law) if FORMULA => -(law.under(sliding_velocity, normal_force, forms) * normal_force),
             Some(law) if FRICTION => -(law.signed_coefficient(sliding_velocity) * normal_force),
             _ => zero,
         };
@@ -435,6 +463,7 @@ impl ContactLaw {
             roll: Dual::constant(motion.roll),
         };
         let state = match &self.surfaces {
+            Surfaces::Bearing { .. } if self.has_formula() => self.by_formula(&dual, phase),
             Surfaces::Bearing { .. } => self.in_bearing::<Dual<1>, false>(&dual, phase),
             Surfaces::Worn(worn) => self.in_worn_bearing(worn, &dual, phase),
             Surfaces::Face(face) => self.at_face(face, &dual, phase),
@@ -456,18 +485,19 @@ impl ContactLaw {
     /// The printed sliding velocity is smaller than the relative velocity by the factor δ/|e|, about 0.01, so
     /// that friction is flatter by this factor.
     pub fn stick_velocity(&self) -> Option<f64> {
-        match (self.sliding, self.friction) {
+        match (self.sliding, &self.friction) {
             (SlidingVelocity::ContactPoint, _) | (_, Some(FrictionLaw::StickSlip(_))) => None,
-            (SlidingVelocity::Surface, law) => law.map(|law| law.stick_velocity()),
+            (SlidingVelocity::Surface, law) => law.as_ref().map(|law| law.stick_velocity()),
         }
     }
 
     /// Whether the friction of a contact in its phase changes with the sliding velocity.
     pub fn is_steep(&self, phase: Phase) -> bool {
-        match (self.friction, phase) {
+        match (&self.friction, phase) {
             (Some(FrictionLaw::StickSlip(law)), Phase::Contact { traction: Some(traction), .. }) => {
                 !traction.sticks() && law.stribeck_velocity > 0.0
             }
+            (Some(FrictionLaw::Formula(law)), _) => law.velocity > 0.0,
             (friction, _) => friction.is_some(),
         }
     }

@@ -302,7 +302,7 @@ impl ContactLaw {
         let Phase::Contact { latch, clipped: false, .. } = phase else { return state };
         let damping = NormalLaw::ratio(state.penetration_rate, latch);
         state.normal_force = sum * damping;
-        if let Some(law) = self.friction {
+        if let Some(law) = &self.friction {
             state.friction_force = -(law.signed_coefficient(state.sliding_velocity) * state.normal_force);
         }
         let [px, py] = resultant;

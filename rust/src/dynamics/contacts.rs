@@ -6,7 +6,6 @@ use crate::contact::face::Face;
 use crate::contact::normal::Latch;
 use crate::contact::pair::{ContactState, Phase, RelativeMotion, Surfaces};
 use crate::contact::sticking::Traction;
-use crate::numerics::dual::{Dual, Scalar};
 use crate::numerics::turns::with_turns;
 use crate::tree::elements::{Backlash, ContactSlot, FramePoint, Guide, Neighbor};
 use crate::tree::kinematics::{PointState, Vec2, perp, rotated};
@@ -294,7 +293,7 @@ impl Dynamics<'_> {
     #[inline(always)]
     pub fn contact_of(&self, slot: &ContactSlot, phase: Phase) -> SlotContact {
         match slot.law.surfaces {
-            _ if slot.law.stick_slip().is_some() => self.contact_with_stick_slip(slot, phase),
+            _ if slot.is_aside => self.contact_aside(slot, phase),
             Surfaces::Bearing { .. } => {
                 let motion = self.motion_in_bearing(slot, &self.slot_ends(slot));
                 SlotContact { motion, state: slot.law.in_bearing::<f64, true>(&motion, phase) }
@@ -310,7 +309,7 @@ impl Dynamics<'_> {
     }
 
     #[inline(never)]
-    fn contact_with_stick_slip(&self, slot: &ContactSlot, phase: Phase) -> SlotContact {
+    fn contact_aside(&self, slot: &ContactSlot, phase: Phase) -> SlotContact {
         let motion = self.rolled(slot, phase, self.contact_motion(slot));
         SlotContact { motion, state: slot.law.evaluate(&motion, phase) }
     }
@@ -362,22 +361,7 @@ impl Dynamics<'_> {
     /// Velocity u̇ + Ḟ_t / k of the slider of a contact that slides [m/s], after [`Dynamics::accelerate`]: the sliding
     /// velocity less the rate at which the spring stretches.
     pub fn slider_velocity(&self, slot: &ContactSlot, phase: Phase, traction: &Traction) -> f64 {
-        let SlotMotion { eccentricity, rate, acceleration, .. } = self.slot_motion(slot);
-        let in_time = |value, rate| Dual { value, gradient: [rate] };
-        let along = |value: Vec2, rate: Vec2| [0, 1].map(|k| in_time(value[k], rate[k]));
-        let turning = slot.points.map(|point| {
-            let frame = &self.states[point.frame];
-            in_time(frame.angular_velocity, frame.angular_acceleration)
-        });
-        let [x, y] = along(eccentricity, rate);
-        let motion = RelativeMotion {
-            eccentricity: [x, y],
-            rate: along(rate, acceleration),
-            spin: slot.law.rolling((x * x + y * y).sqrt(), turning),
-            // The force of a contact that slides does not depend on it.
-            roll: in_time(0.0, 0.0),
-        };
-        let state = slot.law.evaluate(&motion, phase);
+        let state = self.contact_in_time(slot, phase);
         state.sliding_velocity.value + state.friction_force.gradient[0] / traction.stiffness
     }
 
@@ -424,7 +408,7 @@ impl Dynamics<'_> {
         let Surfaces::Bearing { bearing_radius, journal_radius } = slot.law.surfaces else {
             return self.add_contact_aside(slot, phase, forces);
         };
-        if slot.law.stick_slip().is_some() {
+        if slot.is_aside {
             return self.add_contact_aside(slot, phase, forces);
         }
         let ends = self.slot_ends(slot);
@@ -439,6 +423,17 @@ impl Dynamics<'_> {
     /// The same of less common kinds.
     #[inline(never)]
     fn add_contact_aside(&self, slot: &ContactSlot, phase: &Phase, forces: &mut [f64]) -> SlotContact {
+        if let (&Surfaces::Bearing { bearing_radius, journal_radius }, None) =
+            (&slot.law.surfaces, slot.law.stick_slip())
+        {
+            let ends = self.slot_ends(slot);
+            let motion = self.motion_in_bearing(slot, &ends);
+            let state = slot.law.by_formula(&motion, *phase);
+            let moments = [bearing_radius * state.friction_force, journal_radius * state.friction_force];
+            let positions = [ends[0].position, ends[1].position];
+            self.add_pair(slot.points, positions, state.force.into(), moments, forces);
+            return SlotContact { motion, state };
+        }
         let contact = self.contact_of(slot, *phase);
         if let Some(backlash) = self.backlash_of(slot) {
             self.add_flank(backlash, &contact.state, forces);

@@ -208,7 +208,22 @@ impl Dynamics<'_> {
             .iter()
             .map(|pull| -self.load(&pull.tension) * self.link_motion(&tree.links[pull.link])[1])
             .sum();
-        drives + forces + torques + pulls
+        drives + forces + torques + pulls + self.formula_power()
+    }
+
+    /// Power of what bushings exert by formulas of their stiffness [W].
+    fn formula_power(&self) -> f64 {
+        let stiffness = |index: Option<usize>| self.coefficients([0.0; 2], [index, None])[0];
+        let bushings = self.tree.bushings.iter().map(|bushing| {
+            let [a, b] = bushing.points.map(|point| self.point(point));
+            let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
+            -stiffness(bushing.formulas[0]) * e.dot(&rate)
+        });
+        let torsions = self.tree.torsions.iter().map(|torsion| {
+            let [angle, rate] = self.torsion_motion(torsion);
+            -stiffness(torsion.formulas[0]) * angle * rate
+        });
+        bushings.chain(torsions).sum()
     }
 
     /// The same by the balance of power: that of the inertial forces and gravity less that of contacts, springs
@@ -255,6 +270,7 @@ impl Dynamics<'_> {
             - (0..tree.dry_joints.len())
                 .map(|index| self.dry_effort(index) * self.dry_velocity(index))
                 .sum::<f64>()
+            + self.formula_power()
     }
 
     /// Power of a drive [W]; after [`Dynamics::find_reactions`].
@@ -271,10 +287,14 @@ impl Dynamics<'_> {
             .tree
             .torsions
             .iter()
-            .map(|torsion| torsion.damping * self.torsion_motion(torsion)[1].powi(2))
+            .map(|torsion| {
+                let [_, damping] = self.coefficients([0.0, torsion.damping], torsion.formulas);
+                damping * self.torsion_motion(torsion)[1].powi(2)
+            })
             .sum();
         let bushings = self.tree.bushings.iter();
-        let bushings = bushings.map(|bushing| bushing.damping * self.bushing_deflection(bushing).1);
+        let bushings = bushings
+            .map(|bushing| self.bushing_coefficients(bushing)[1] * self.bushing_deflection(bushing).1);
         let films = self.tree.films.iter().map(|film| self.film_loss(film));
         links + torsions + bushings.chain(films).sum::<f64>()
     }

@@ -31,10 +31,10 @@ fn force_of<S: Scalar>(link: &Link, e: [S; 2], rate: [S; 2]) -> [S; 2] {
 /// Force of a bushing on its second point, and the moment about its first point of the reaction, where `e` is the vector
 /// from the first to the second point, `rate` its rate and `spin` minus the angular velocity of the first body.
 #[inline]
-fn force_of_bushing<S: Scalar>(bushing: &Bushing, e: [S; 2], rate: [S; 2], spin: S) -> [S; 3] {
+fn force_of_bushing<S: Scalar>([stiffness, damping]: [f64; 2], e: [S; 2], rate: [S; 2], spin: S) -> [S; 3] {
     // Velocity of the second point against the first body.
     let against = [rate[0] - spin * e[1], rate[1] + spin * e[0]];
-    let force = [0, 1].map(|k| -(e[k] * bushing.stiffness + against[k] * bushing.damping));
+    let force = [0, 1].map(|k| -(e[k] * stiffness + against[k] * damping));
     [force[0], force[1], e[0] * force[1] - e[1] * force[0]]
 }
 
@@ -102,7 +102,20 @@ impl Dynamics<'_> {
     /// Torque of a torsion spring on its second body [N m].
     pub fn torsion_torque(&self, torsion: &Torsion) -> f64 {
         let [angle, rate] = self.torsion_motion(torsion);
-        -torsion.stiffness * angle - torsion.damping * rate
+        let [stiffness, damping] = self.coefficients([torsion.stiffness, torsion.damping], torsion.formulas);
+        -stiffness * angle - damping * rate
+    }
+
+    /// Stiffness and damping in the present motion.
+    #[inline]
+    pub fn coefficients(&self, numbers: [f64; 2], formulas: [Option<usize>; 2]) -> [f64; 2] {
+        [0, 1]
+            .map(|k| formulas[k].map_or(numbers[k], |index| self.motion_load(&self.tree.motion_loads[index])))
+    }
+
+    /// Those of a bushing.
+    pub fn bushing_coefficients(&self, bushing: &Bushing) -> [f64; 2] {
+        self.coefficients([bushing.stiffness, bushing.damping], bushing.formulas)
     }
 
     /// Length of a spring [m] and its rate [m/s].
@@ -124,7 +137,8 @@ impl Dynamics<'_> {
     /// Force of a bushing on its second point [N], and its moment about the first point [N m].
     pub fn bushing_force(&self, bushing: &Bushing) -> (Vec2, f64) {
         let [e, rate, turning] = self.bushing_motion(bushing);
-        let [x, y, moment] = force_of_bushing(bushing, e.into(), rate.into(), -turning.x);
+        let [x, y, moment] =
+            force_of_bushing(self.bushing_coefficients(bushing), e.into(), rate.into(), -turning.x);
         (Vec2::new(x, y), moment)
     }
 
@@ -187,7 +201,7 @@ impl Dynamics<'_> {
         for bushing in &tree.bushings {
             let [e, rate, turning] = self.bushing_motion(bushing);
             let force = force_of_bushing::<Dual<5>>(
-                bushing,
+                self.bushing_coefficients(bushing),
                 [Dual::input(e.x, 0), Dual::input(e.y, 1)],
                 [Dual::input(rate.x, 2), Dual::input(rate.y, 3)],
                 Dual::input(-turning.x, 4),
@@ -241,6 +255,7 @@ impl Dynamics<'_> {
     fn add_torsion_derivatives(&mut self, torsion: &Torsion) {
         let tree = self.tree;
         let columns = self.coordinates.len();
+        let [stiffness, damping] = self.coefficients([torsion.stiffness, torsion.damping], torsion.formulas);
         let ends = || torsion.frames.into_iter().zip([-1.0, 1.0]);
         for (frame, sign) in ends() {
             for &(column, i) in &tree.paths[frame].free {
@@ -248,8 +263,8 @@ impl Dynamics<'_> {
                 for (other, other_sign) in ends() {
                     for &k in &tree.paths[other].columns {
                         let by = rotation * other_sign * self.states[k + 1].rotation;
-                        self.residual_q[i * columns + k] += torsion.stiffness * by;
-                        self.residual_v[i * columns + k] += torsion.damping * by;
+                        self.residual_q[i * columns + k] += stiffness * by;
+                        self.residual_v[i * columns + k] += damping * by;
                     }
                 }
             }
@@ -299,6 +314,28 @@ impl Dynamics<'_> {
             for (frame, sign) in applied.frames.into_iter().zip([-1.0, 1.0]) {
                 let by = |this: &Self, column: usize| sign * this.states[column + 1].rotation;
                 self.add_derivatives_of(&applied.torque, frame, by);
+            }
+        }
+        for torsion in &tree.torsions {
+            for (load, motion) in torsion.formulas.into_iter().zip(self.torsion_motion(torsion)) {
+                let Some(load) = load.map(Load::Motion) else { continue };
+                for (frame, sign) in torsion.frames.into_iter().zip([motion, -motion]) {
+                    let by = |this: &Self, column: usize| sign * this.states[column + 1].rotation;
+                    self.add_derivatives_of(&load, frame, by);
+                }
+            }
+        }
+        for bushing in &tree.bushings {
+            let [e, rate, turning] = self.bushing_motion(bushing);
+            let [a, b] = bushing.points;
+            // Both forces act at the second point.
+            let place = self.point(b).position;
+            for (load, vector) in bushing.formulas.into_iter().zip([e, rate - turning.x * perp(e)]) {
+                let Some(load) = load.map(Load::Motion) else { continue };
+                for (frame, force) in [(a.frame, vector), (b.frame, -vector)] {
+                    let by = |this: &Self, column| this.column(column, place).0.dot(&force);
+                    self.add_derivatives_of(&load, frame, by);
+                }
             }
         }
     }

@@ -1,9 +1,12 @@
 //! Forces and torques that depend on the motion: values, exact derivatives, and where they change their form.
 
-use super::Dynamics;
+use super::{Dynamics, SlotMotion};
+use crate::contact::pair::{ContactState, Phase, RelativeMotion};
 use crate::expression::tape::MOST_VARIABLES;
+use crate::numerics::dual::{Dual, Scalar};
+use crate::tree::elements::ContactSlot;
 use crate::tree::kinematics::{PointState, Vec2};
-use crate::tree::loads::{Load, MotionLoad, Variable};
+use crate::tree::loads::{ContactQuantity, LawOf, Load, MotionLoad, Variable};
 
 /// A switch of an expression in the present state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,11 +63,44 @@ impl Dynamics<'_> {
     /// Sets the states of all switches to those of the present motion, after [`Dynamics::move_to`].
     pub fn settle_switches(&mut self) {
         for load in &self.tree.motion_loads {
-            let variables = self.variables(load);
-            for (own, index) in load.switches().enumerate() {
-                let states = &self.switches[load.switches()];
-                self.switches[index] = load.tape.state(own, &variables[..load.variables.len()], states);
+            self.settle(load);
+        }
+    }
+
+    /// The same for the laws of one contact, where it begins to press.
+    pub fn settle_contact(&mut self, slot: usize) {
+        for load in &self.tree.motion_loads {
+            if load.law_of.is_some_and(|law| law.slot == slot) {
+                self.settle(load);
             }
+        }
+    }
+
+    fn settle(&mut self, load: &MotionLoad) {
+        if !self.acts(load) {
+            return;
+        }
+        let variables = self.variables(load);
+        for (own, index) in load.switches().enumerate() {
+            let states = &self.switches[load.switches()];
+            self.switches[index] = load.tape.state(own, &variables[..load.variables.len()], states);
+        }
+        self.hand_on(load);
+    }
+
+    /// Whether a function acts in the present phases: the law of a contact does while that presses.
+    pub fn acts(&self, load: &MotionLoad) -> bool {
+        let phase = load.law_of.map(|law| self.phases[law.slot]);
+        matches!(phase, None | Some(Phase::Contact { clipped: false, .. }))
+    }
+
+    /// Gives a contact the states of the switches of its law.
+    fn hand_on(&mut self, load: &MotionLoad) {
+        let Some(LawOf { slot, is_friction }) = load.law_of else { return };
+        if let Phase::Contact { latch, .. } = &mut self.phases[slot] {
+            let states = self.switches[load.switches()].iter().rev();
+            latch.forms[usize::from(is_friction)] =
+                states.fold(0, |forms, state| forms << 1 | (*state != 0) as u16);
         }
     }
 
@@ -87,7 +123,7 @@ impl Dynamics<'_> {
                 load.name, load.text
             ));
         }
-        let is_lost = |load: &&MotionLoad| !self.motion_load(load).is_finite();
+        let is_lost = |load: &&MotionLoad| self.acts(load) && !self.motion_load(load).is_finite();
         self.tree.motion_loads.iter().find(is_lost).map(|load| {
             format!(
                 "{:?} is {}, no finite number: {}",
@@ -145,6 +181,7 @@ impl Dynamics<'_> {
         let (values, states) = (self.variables(load), &self.switches[load.switches()]);
         let next = load.tape.next_state(own, &values[..load.variables.len()], states);
         self.switches[index] = next;
+        self.hand_on(load);
         load.tape.covers(own, next)
     }
 
@@ -168,8 +205,19 @@ impl Dynamics<'_> {
             }
             Variable::Coordinate(column) => self.coordinate(column).position,
             Variable::Rate(column) => self.coordinates[column].velocity,
-            Variable::Length(link) => self.link_motion(&self.tree.links[link])[0],
+            Variable::Length([a, b]) => (self.point(b).position - self.point(a).position).norm(),
             Variable::Lengthening(link) => self.link_motion(&self.tree.links[link])[1],
+            Variable::Contact(slot, quantity) => {
+                let state = self.contact_of(&self.tree.slots[slot], self.phases[slot]).state;
+                match (quantity, self.phases[slot]) {
+                    (ContactQuantity::Penetration, _) => state.penetration,
+                    (ContactQuantity::PenetrationRate, _) => state.penetration_rate,
+                    (ContactQuantity::SlidingVelocity, _) => state.sliding_velocity,
+                    (ContactQuantity::NormalForce, _) => state.normal_force,
+                    (ContactQuantity::ImpactVelocity, Phase::Contact { latch, .. }) => latch.impact_velocity,
+                    (ContactQuantity::ImpactVelocity, Phase::Free | Phase::Beyond) => f64::NAN,
+                }
+            }
         }
     }
 
@@ -185,7 +233,11 @@ impl Dynamics<'_> {
             }
             Variable::Coordinate(column) => self.coordinates[column].velocity,
             Variable::Rate(column) => self.coordinates[column].acceleration,
-            Variable::Length(link) => self.link_motion(&self.tree.links[link])[1],
+            Variable::Length(points) => {
+                let [a, b] = points.map(|point| self.point(point));
+                let e = b.position - a.position;
+                (b.velocity - a.velocity).dot(&e) / e.norm()
+            }
             Variable::Lengthening(link) => {
                 let [a, b] = self.tree.links[link].points.map(|point| self.point(point));
                 let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
@@ -193,7 +245,46 @@ impl Dynamics<'_> {
                 let along = (b.acceleration - a.acceleration).dot(&e) / length;
                 along + (rate.norm_squared() - lengthening * lengthening) / length
             }
+            Variable::Contact(slot, ContactQuantity::Penetration) => {
+                self.variable(Variable::Contact(slot, ContactQuantity::PenetrationRate))
+            }
+            Variable::Contact(slot, quantity) => {
+                let state = self.contact_in_time(&self.tree.slots[slot], self.phases[slot]);
+                match quantity {
+                    ContactQuantity::SlidingVelocity => state.sliding_velocity.gradient[0],
+                    ContactQuantity::NormalForce => state.normal_force.gradient[0],
+                    ContactQuantity::ImpactVelocity => 0.0,
+                    _ => state.penetration_rate.gradient[0],
+                }
+            }
         }
+    }
+
+    /// The contact of a slot in a phase with its rates, after [`Dynamics::accelerate`]; of one that sticks without friction.
+    pub(super) fn contact_in_time(&self, slot: &ContactSlot, phase: Phase) -> ContactState<Dual<1>> {
+        let SlotMotion { eccentricity, rate, acceleration, .. } = self.slot_motion(slot);
+        let in_time = |value, rate| Dual { value, gradient: [rate] };
+        let along = |value: Vec2, rate: Vec2| [0, 1].map(|k| in_time(value[k], rate[k]));
+        let turning = slot.points.map(|point| {
+            let frame = &self.states[point.frame];
+            in_time(frame.angular_velocity, frame.angular_acceleration)
+        });
+        let [x, y] = along(eccentricity, rate);
+        let spin = match slot.law.stick_slip() {
+            Some(_) => slot.law.rolling((x * x + y * y).sqrt(), turning),
+            None => {
+                let [radius_a, radius_b] = slot.law.radii();
+                turning[1] * radius_b - turning[0] * radius_a
+            }
+        };
+        // The force of a contact that slides does not depend on the roll.
+        let motion = RelativeMotion {
+            eccentricity: [x, y],
+            rate: along(rate, acceleration),
+            spin,
+            roll: in_time(0.0, 0.0),
+        };
+        slot.law.evaluate(&motion, phase)
     }
 
     /// Size of a variable and of its errors.
@@ -207,6 +298,14 @@ impl Dynamics<'_> {
             Variable::AngularVelocity(_) => (speed / length, velocity / length),
             Variable::Coordinate(_) => (length, position),
             Variable::Rate(_) => (speed, velocity),
+            Variable::Contact(_, ContactQuantity::Penetration) => (length, position),
+            Variable::Contact(_, ContactQuantity::ImpactVelocity) => (speed, 0.0),
+            Variable::Contact(slot, ContactQuantity::NormalForce) => {
+                let penetration = self.variable(Variable::Contact(slot, ContactQuantity::Penetration));
+                let stiffness = self.tree.slots[slot].law.normal.stiffness_at(penetration.max(0.0));
+                (stiffness * length, stiffness * position)
+            }
+            Variable::Contact(..) => (speed, velocity),
         }
     }
 
@@ -231,14 +330,21 @@ impl Dynamics<'_> {
                 }
                 Variable::Angle(frames, _) => self.add_rotation_columns(frames, slope, by.0),
                 Variable::AngularVelocity(frames) => self.add_rotation_columns(frames, slope, by.1),
+                // The derivatives of a law come with those of its contact.
+                Variable::Contact(..) => {}
                 Variable::Coordinate(column) => by.0[column] += slope,
                 Variable::Rate(column) => by.1[column] += slope,
-                Variable::Length(link) | Variable::Lengthening(link) => {
-                    let points = self.tree.links[link].points;
+                Variable::Length(_) | Variable::Lengthening(_) => {
+                    let points = match *variable {
+                        Variable::Lengthening(link) => self.tree.links[link].points,
+                        Variable::Length(points) => points,
+                        _ => continue,
+                    };
                     let [a, b] = points.map(|point| self.point(point));
                     let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
                     let length = e.norm();
-                    let normal = e / length;
+                    // A bushing may have no deflection: its force has no direction to change there.
+                    let normal = if length > 0.0 { e / length } else { Vec2::zeros() };
                     // ∂n·ė/∂e = (ė - (n·ė) n) / |e|
                     let turning = (rate - rate.dot(&normal) * normal) / length;
                     for (point, motion, sign) in [(points[1], b, slope), (points[0], a, -slope)] {
@@ -295,6 +401,15 @@ fn unit(axis: usize) -> Vec2 {
 fn is_velocity(variable: Variable) -> bool {
     matches!(
         variable,
-        Variable::Velocity(..) | Variable::AngularVelocity(_) | Variable::Rate(_) | Variable::Lengthening(_)
+        Variable::Velocity(..)
+            | Variable::AngularVelocity(_)
+            | Variable::Rate(_)
+            | Variable::Lengthening(_)
+            | Variable::Contact(
+                _,
+                ContactQuantity::PenetrationRate
+                    | ContactQuantity::SlidingVelocity
+                    | ContactQuantity::NormalForce
+            )
     )
 }

@@ -136,6 +136,11 @@ impl Tape {
         if x - lower < upper - x { state - 1 } else { state + 1 }
     }
 
+    /// Whether a switch is one of the formula, not the points of a table over it.
+    pub fn is_of_formula(&self, switch: usize) -> bool {
+        self.switches[switch].curve.is_none()
+    }
+
     /// Whether a table has a value in the state of a switch.
     pub fn covers(&self, switch: usize, state: i64) -> bool {
         self.switches[switch].curve.as_ref().is_none_or(|curve| curve.covers(state))

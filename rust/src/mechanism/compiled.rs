@@ -45,6 +45,9 @@ impl Mechanism {
         for (coupling, offset) in tree.couplings.iter_mut().chain(with_play).zip(offsets) {
             coupling.offset = Some(offset);
         }
+        for (slot, scales) in tree.slots.iter_mut().zip(&scales.contacts) {
+            slot.law.normal.fit(scales.resting_penetration);
+        }
         let mut warnings = scene.implausible();
         warnings.extend(warning);
         warnings.extend(warning_of_equilibrium(&tree, &start, &scales, scene));

@@ -104,7 +104,9 @@ pub(crate) fn contact_scales(dynamics: &mut Dynamics, speed: f64, length: f64) -
     let tree = dynamics.tree;
     let total = total_mass(tree);
     let of_slot = |slot: &ContactSlot| {
-        let law = slot.law.normal;
+        let mut law = slot.law.normal.clone();
+        let unloaded = UNLOADED_PENETRATION * slot.law.clearance;
+        law.fit(unloaded);
         let acceleration = dynamics.slot_motion(slot).acceleration;
         let accelerance = dynamics.accelerance(dynamics.touching_points(slot));
         let (opening, mass) = match slot.law.surfaces {
@@ -119,8 +121,9 @@ pub(crate) fn contact_scales(dynamics: &mut Dynamics, speed: f64, length: f64) -
         // will do.
         let mass = if mass.is_finite() { mass } else { total.max(f64::MIN_POSITIVE) };
         let load = mass * opening.max(speed * speed / length);
-        let weightless = law.stiffness * (UNLOADED_PENETRATION * slot.law.clearance).powf(law.exponent);
+        let weightless = law.stiffness * unloaded.powf(law.exponent);
         let load = if load > 0.0 { load } else { weightless };
+        law.fit_to_load(load, slot.law.size());
         let resting_penetration = law.resting_penetration(load);
         ContactScales {
             mass,

@@ -187,7 +187,7 @@ fn events_dict<'py>(
     let table = PyDict::new(py);
     let times: Vec<f64> = events.iter().map(|event| event.time).collect();
     let velocities: Vec<f64> = events.iter().map(|event| event.normal_velocity).collect();
-    let joints: Vec<&str> = events.iter().map(|event| event_joint(mechanism, event.joint)).collect();
+    let joints: Vec<&str> = events.iter().map(|event| event_joint(mechanism, event.place)).collect();
     let kinds: Vec<&str> = events.iter().map(|event| event.kind.word()).collect();
     table.set_item("time", times.into_pyarray(py))?;
     table.set_item("joint", joints)?;

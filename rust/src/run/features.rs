@@ -8,7 +8,7 @@
 use crate::dynamics::Dynamics;
 use crate::error::{InputError, Problem, Subject, meant_or_known};
 use crate::mechanism::compiled::Mechanism;
-use crate::run::contacts::{Contact, Event, EventKind};
+use crate::run::contacts::{Contact, Event, EventKind, Place};
 use crate::run::outputs::{Column, Needs, parse_columns};
 use crate::run::work::Work;
 
@@ -284,7 +284,8 @@ impl ContactStats {
     /// The contacts of a joint between two instants [s].
     pub(crate) fn of(joint: usize, [start, end]: [f64; 2], events: &[Event], contacts: &[Contact]) -> Self {
         let inside = |event: &&Event| {
-            event.joint == joint && event.kind == EventKind::Onset && event.time >= start && event.time < end
+            let is_onset = (event.place, event.kind) == (Place::Joint(joint), EventKind::Onset);
+            is_onset && event.time >= start && event.time < end
         };
         let touched: f64 = contacts
             .iter()

@@ -181,6 +181,17 @@ impl<'a> Motion<'a> {
         }
     }
 
+    /// The frames of a state inside a step or at its end, with the phases of the contacts, whose laws may switch inside.
+    pub(crate) fn guarded(&mut self, is_inside: bool) -> &mut Dynamics<'a> {
+        if !is_inside {
+            return &mut self.dynamics;
+        }
+        if !self.mechanism.motion_loads.is_empty() {
+            self.inside.phases.copy_from_slice(&self.dynamics.phases);
+        }
+        &mut self.inside
+    }
+
     /// Visits states inside the last step.
     pub(crate) fn visit_inside(&mut self, visit: impl FnOnce(&mut Self)) {
         self.enter_step();

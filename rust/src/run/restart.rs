@@ -235,7 +235,11 @@ fn read_phase(node: Node, problems: &mut Problems) -> Phase {
         return Phase::Beyond;
     }
     let mut fields = node.fields(problems);
-    let latch = Latch::from_numbers(Latch::NAMES.map(|name| fields.number(name, problems)));
+    let [damping, impact_velocity] = Latch::NAMES;
+    let latch = Latch::from_numbers([
+        fields.number(damping, problems),
+        fields.number_or(impact_velocity, 0.0, problems),
+    ]);
     let clipped = fields.number("clipped", problems);
     if clipped != 0.0 && clipped != 1.0 {
         problems.push(Problem::new(fields.path_of("clipped"), format!("must be 0 or 1, got {clipped}")));

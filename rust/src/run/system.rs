@@ -14,7 +14,7 @@ use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::onset::{begin_contacts, onset};
 use crate::run::contacts::sticking::{begin_friction, cross_stick, sticking_guards};
 use crate::run::contacts::switches::{cross_switch, switch_guard};
-use crate::run::contacts::{Event, EventKind, OpenContact};
+use crate::run::contacts::{Event, EventKind, OpenContact, Place};
 use crate::run::features::Plan;
 use crate::run::motion::Motion;
 use crate::run::outputs::{Column, Needs, asked_sectors};
@@ -24,8 +24,7 @@ use crate::run::settings::Settings;
 use crate::run::tolerances::Tolerances;
 use crate::run::tracking::Tracking;
 use crate::run::warnings::{Notice, of_scene};
-use crate::run::work::Work;
-use crate::run::work::balance::Balance;
+use crate::run::work::{Work, balance::Balance};
 use crate::tree::elements::State;
 use crate::tree::kinematics::Vec2;
 
@@ -282,10 +281,11 @@ impl<'a> System<'a> {
         };
         self.motion.dynamics.phases[index] = phase;
         if let EventKind::Onset | EventKind::Unclip = kind {
+            self.motion.dynamics.settle_contact(index);
             begin_friction(&mut self.motion, &self.tolerances, index);
         }
         self.account_spring(index, stored);
-        self.log.record(Event { time: t, joint: index, kind, normal_velocity });
+        self.log.record(Event { time: t, place: Place::Joint(index), kind, normal_velocity });
         Ok(bound)
     }
 
@@ -315,11 +315,12 @@ impl<'a> System<'a> {
         }
         dynamics.phases[index] = Phase::Beyond;
         dynamics.phases[neighbor.slot] = phase;
+        dynamics.settle_contact(neighbor.slot);
         work.contacts[index].friction -= carried;
         work.contacts[neighbor.slot].friction += carried;
         if phase.touches() {
-            let normal_velocity = state.penetration_rate;
-            self.log.record(Event { time: t, joint: index, kind: EventKind::Transfer, normal_velocity });
+            let (place, normal_velocity) = (Place::Joint(index), state.penetration_rate);
+            self.log.record(Event { time: t, place, kind: EventKind::Transfer, normal_velocity });
             self.log.open[neighbor.slot] = Some(OpenContact::begin(neighbor.slot, t, f64::NAN));
         }
         Ok(true)
@@ -333,7 +334,7 @@ impl<'a> System<'a> {
         // The contact may have ended at the same instant.
         if let Some(kind) = cross_stick(&mut self.motion, index) {
             self.account_spring(index, stored);
-            self.log.record(Event { time: t, joint: index, kind, normal_velocity });
+            self.log.record(Event { time: t, place: Place::Joint(index), kind, normal_velocity });
         }
     }
 
@@ -398,7 +399,7 @@ impl HybridSystem for System<'_> {
 
     fn guards(&mut self, t: Instant, q: &[f64], v: &[f64], guards: &mut [Guard]) {
         let is_inside = self.motion.dynamics.instant() != t;
-        let moved = if is_inside { &mut self.motion.inside } else { &mut self.motion.dynamics };
+        let moved = self.motion.guarded(is_inside);
         // The last stage of a method may have been evaluated in this state.
         if !moved.is_at(t, q, v) {
             moved.move_to(t, q, v);
@@ -440,7 +441,7 @@ impl HybridSystem for System<'_> {
         self.tracking.interrupt();
         match self.watched(guard) {
             Watched::Contact { slot, of_gap } => self.cross_contact(slot, of_gap, (t, q, v)),
-            Watched::Switch(switch) => cross_switch(&mut self.motion, switch, t, q, v),
+            Watched::Switch(switch) => cross_switch(&mut self.motion, &mut self.log, switch, (t, q, v)),
             Watched::Sticking(slot) => {
                 self.cross_stick(slot, (t, q, v));
                 Ok(f64::INFINITY)

@@ -184,7 +184,7 @@ impl Tolerances {
     /// critically damped.
     pub(crate) fn impact_velocity_floor(&self, mechanism: &Mechanism, joint: usize) -> f64 {
         let default = || {
-            let law = mechanism.slots[joint].law.normal;
+            let law = &mechanism.slots[joint].law.normal;
             let resolved = law.onset_damping().min(1.0) * self.velocity.max(self.finest_velocity);
             resolved.min(mechanism.scales.contacts[joint].resting_velocity)
         };
@@ -216,7 +216,7 @@ impl Tolerances {
         state: &ContactState<f64>,
     ) -> f64 {
         let law = &mechanism.slots[joint].law;
-        let Some(friction) = law.friction else { return 1.0 };
+        let Some(friction) = &law.friction else { return 1.0 };
         let here = state.sliding_velocity;
         // If the direction of sliding has changed, the velocity has passed zero.
         let slowest = if start * here > 0.0 { start.abs().min(here.abs()) } else { 0.0 };

@@ -4,7 +4,7 @@ use crate::error::{InputError, Problem, Subject};
 use crate::integrators::{Outcome, Stats, Status, integrate_with};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::memory::filled;
-pub use crate::run::contacts::{Contact, Event, EventKind, event_joint};
+pub use crate::run::contacts::{Contact, Event, EventKind, Place, event_joint};
 use crate::run::features::Plan;
 use crate::run::motion::Motion;
 use crate::run::outputs::{Column, column_names, parse_columns};
@@ -325,7 +325,7 @@ fn run(
 /// The result of a run without its samples and their names.
 fn finished(mut system: System, mut outcome: Outcome, mut end: State) -> Trajectory {
     let mechanism = system.motion.mechanism;
-    let name_of = |index: usize| event_joint(mechanism, index).to_owned();
+    let name_of = |place: Place| event_joint(mechanism, place).to_owned();
     let fault = friction_fault(&system, &mut outcome);
     let paradox = match outcome.status {
         Status::Done | Status::Cancelled | Status::Projection | Status::FrictionIndeterminate => None,
@@ -346,13 +346,14 @@ fn finished(mut system: System, mut outcome: Outcome, mut end: State) -> Traject
     let [skipped_contacts, contacts] = system.log.finished_contacts(&system.samples);
     let joints = mechanism.slots.len();
     let (slot, switch) = match outcome.guard.map(|guard| system.watched(guard)) {
-        Some(Watched::Contact { slot, .. } | Watched::Sticking(slot)) => (Some(slot), None),
+        Some(Watched::Contact { slot, .. } | Watched::Sticking(slot)) => (Some(Place::Joint(slot)), None),
         Some(Watched::Switch(switch)) => (None, Some(switch)),
-        Some(Watched::DryJoint(index)) => (Some(joints + index), None),
+        Some(Watched::DryJoint(index)) => (Some(Place::DryJoint(index)), None),
         None => (None, None),
     };
-    let slot = fault.map(|(index, _)| joints + index).or(slot);
+    let slot = fault.map(|(index, _)| Place::DryJoint(index)).or(slot);
     let load = switch.and_then(|switch| mechanism.load_of_switch(switch)).map(|(load, _)| load);
+    let slot = slot.or_else(|| Some(Place::Joint(load?.law_of?.slot)));
     let load_message =
         fault.map_or_else(|| load_message(&mut system, &outcome, load, &end), friction_message);
     let features = system.tracking.values(outcome.time, &events, &contacts, joints);
@@ -365,9 +366,9 @@ fn finished(mut system: System, mut outcome: Outcome, mut end: State) -> Traject
         status: outcome.status,
         time: outcome.time,
         joint: slot.map(name_of),
-        load: load.map(|load| load.name.clone()),
+        load: load.filter(|load| load.law_of.is_none()).map(|load| load.name.clone()),
         load_message,
-        paradox: paradox.map(name_of),
+        paradox: paradox.map(|slot| name_of(Place::Joint(slot))),
         suspect_paths: mechanism.warnings.iter().map(|warning| warning.path.clone()).collect(),
         stats: outcome.stats,
         impacts_at_floor: system.log.impacts_at_floor.iter().sum(),
@@ -410,7 +411,7 @@ fn load_message(system: &mut System, outcome: &Outcome, load: Option<&MotionLoad
         (Status::Done | Status::Cancelled, _) => return String::new(),
         (_, Some(load)) => vec![load],
         (Status::NonFinite | Status::SingularMechanism | Status::StepUnderflow, None) => {
-            loads.iter().collect()
+            loads.iter().filter(|load| dynamics.acts(load)).collect()
         }
         _ => return String::new(),
     };

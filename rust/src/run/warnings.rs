@@ -4,7 +4,7 @@ use crate::contact::pair::Surfaces;
 use crate::error::Problem;
 use crate::mechanism::compiled::Mechanism;
 use crate::run::contacts::log::ContactLog;
-use crate::run::contacts::{Event, EventKind};
+use crate::run::contacts::{Event, EventKind, Place};
 use crate::run::tolerances::Tolerances;
 use crate::run::work::balance::Balance;
 
@@ -120,7 +120,7 @@ fn warn_of_floors(
             continue;
         }
         let floor = tolerances.impact_velocity_floor(mechanism, index);
-        let onset = |event: &&Event| event.joint == index && event.kind == EventKind::Onset;
+        let onset = |event: &&Event| (event.place, event.kind) == (Place::Joint(index), EventKind::Onset);
         let slow = match joint.impact_velocity_floor {
             Some(_) => format!("than its impact_velocity_floor of {floor:.1e} m/s"),
             None => format!("than {floor:.1e} m/s, which the tolerance cannot tell from rest,"),
@@ -140,7 +140,7 @@ fn warn_of_floors(
 
 /// Warning that the energy balance does not close, with a remedy.
 fn warning_of_energy(mechanism: &Mechanism, balance: &Balance) -> Option<Notice> {
-    let laws = mechanism.slots.iter().filter_map(|joint| joint.law.friction);
+    let laws = mechanism.slots.iter().filter_map(|joint| joint.law.friction.as_ref());
     let slowest = laws.map(|law| law.stick_velocity()).fold(f64::INFINITY, f64::min);
     let remedy = if balance.is_off_in_friction() {
         format!(

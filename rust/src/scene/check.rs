@@ -7,7 +7,7 @@ use crate::expression::dimension::{Dimension, FORCE, TORQUE, unit};
 use crate::scene::loads::Load;
 use crate::scene::parts::{
     Body, CENTER_OF_MASS, Drive, ENERGY, Ends, Force, GROUND, Joint, JointKind, Point, Scene, Start,
-    same_points,
+    length_scale, same_points,
 };
 use crate::scene::time_function::TimeFunction;
 
@@ -147,7 +147,7 @@ impl Scene {
                 self.check_free_to_act(checker, path, joint, &ends_of[index], ends_of);
                 checker.positive(&format!("{path}.journal_radius"), "m", *journal_radius);
                 checker.positive(&format!("{path}.clearance"), "m", *clearance);
-                checker.normal_law(&format!("{path}.contact"), contact);
+                checker.normal_law(&format!("{path}.contact"), contact, length_scale(self));
                 if let Some(law) = friction {
                     checker.friction(&format!("{path}.friction"), law);
                     if let (FrictionLaw::StickSlip(_), SlidingVelocity::ContactPoint) = (law, sliding) {
@@ -166,7 +166,7 @@ impl Scene {
                     checker.positive(&format!("{path}.impact_velocity_floor"), "m/s", *floor);
                 }
             }
-            Joint::Guide { .. } => checker.guide(path, joint),
+            Joint::Guide { .. } => checker.guide(path, joint, length_scale(self)),
         }
     }
 
@@ -204,6 +204,7 @@ impl Scene {
         checker.owner(&format!("{path}.name"), name, earlier || taken);
     }
 
+    // Long because each kind of force is listed.
     fn check_force(&self, checker: &mut Checker, path: &str, index: usize, force: &Force) {
         if let Some(name) = force.name() {
             let earlier = self.forces[..index].iter().any(|other| other.name() == Some(name));
@@ -224,7 +225,17 @@ impl Scene {
                 checker.at_least(&format!("{path}.damping"), "N s/m", *damping, 0.0);
                 checker.load(self, &format!("{path}.tension"), FORCE, tension);
             }
-            Force::Bushing { a, b, stiffness, damping, torsional_stiffness, torsional_damping, .. } => {
+            Force::Bushing {
+                a,
+                b,
+                stiffness,
+                damping,
+                torsional_stiffness,
+                torsional_damping,
+                formulas,
+                ..
+            } => {
+                checker.formulas(self, path, formulas);
                 let ends = [("a", a), ("b", b)].map(|(field, reference)| {
                     let end = self.attachment(reference);
                     checker.result(&format!("{path}.{field}"), end).map(|end| end.body)

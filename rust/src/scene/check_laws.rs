@@ -1,23 +1,88 @@
 //! Checks of the laws of contact and friction, of guides with play, slots with pins and stops, and of how these start.
 
 use crate::contact::film::{FINITE_WIDTHS, Lubricant};
+use crate::contact::formula::{FORCES, Formula, SPEEDS};
 use crate::contact::friction::{FrictionLaw, JointFriction};
 use crate::contact::normal::{Damping, NormalLaw};
 use crate::contact::pair::SlidingVelocity;
 use crate::contact::sticking::StickSlip;
-use crate::error::refused;
+use crate::error::{Problem, refused};
 use crate::scene::check::Checker;
-use crate::scene::parts::{GuideShape, Joint, Start};
+use crate::scene::functions::BUSHING;
+use crate::scene::loads::Expression;
+use crate::scene::parts::{GuideShape, Joint, Scene, Start};
+
+/// Penetrations at which a formula is looked at, as parts of the size of the mechanism.
+const DEPTHS: [f64; 4] = [1e-9, 1e-7, 1e-5, 1e-3];
+/// Error of a force by rounding, relative to the force.
+const ROUNDING: f64 = 1e-9;
+
+/// What is wrong with a normal force in a mechanism of a size [m]: it is looked at for four penetrations, as far as it has
+/// numbers there, and two impact velocities, in compression and in restitution.
+fn fault_of_force(formula: &Formula, size: f64) -> Option<String> {
+    let depths = DEPTHS.map(|depth| depth * size);
+    let first = formula.at(&[0.0, 0.0, 1.0]);
+    // What is no number is no measure.
+    let largest = depths.map(|depth| formula.at(&[depth, 0.0, 1.0]).abs()).into_iter().fold(0.0, f64::max);
+    if !(first == 0.0 || first.abs() <= ROUNDING * largest && largest.is_finite()) {
+        return Some(format!("must be 0 without penetration and penetration_rate, is {first:e} N"));
+    }
+    for (index, penetration) in depths.into_iter().enumerate() {
+        for impact_velocity in [1e-2, 1.0] {
+            let elastic = formula.at(&[penetration, 0.0, impact_velocity]);
+            let place = format!("at penetration = {penetration:.3e}, impact_velocity = {impact_velocity}");
+            if !(elastic > 0.0 && elastic.is_finite()) {
+                // A law may end somewhere, but not where every contact begins.
+                let message =
+                    format!("must be > 0 N and finite without penetration_rate, is {elastic:e} N {place}");
+                return (index == 0).then_some(message);
+            }
+            for rate in [1.0, 0.1, -0.1, -1.0].map(|part| part * impact_velocity) {
+                let damping = formula.at(&[penetration, rate, impact_velocity]) - elastic;
+                if !(damping * rate >= -ROUNDING * elastic * rate.abs() && damping.is_finite()) {
+                    return Some(format!(
+                        "must not grow where the surfaces separate, nor fall where they approach, since a contact makes no \
+                         energy: penetration_rate = {rate} changes it by {damping:.3e} N {place}"
+                    ));
+                }
+            }
+        }
+    }
+    None
+}
+
+/// What is wrong with a friction coefficient.
+fn fault_of_friction(formula: &Formula) -> Option<String> {
+    for normal_force in FORCES {
+        for sliding_velocity in SPEEDS.into_iter().flat_map(|speed| [speed, -speed]) {
+            let coefficient = formula.at(&[sliding_velocity, normal_force]);
+            if !(coefficient * sliding_velocity >= 0.0 && coefficient.is_finite()) {
+                return Some(format!(
+                    "must be finite and have the sign of sliding_velocity, as \"0.1*tanh(sliding_velocity/0.01)\" has: is \
+                     {coefficient} at sliding_velocity = {sliding_velocity}, normal_force = {normal_force}"
+                ));
+            }
+        }
+    }
+    None
+}
 
 /// Fewest sectors of a worn bearing: each spans an eighth of a turn at most.
 const LEAST_SECTORS: usize = 8;
 
 impl Checker {
-    pub(super) fn normal_law(&mut self, path: &str, law: &NormalLaw) {
+    /// Checks a law of a joint in a scene of a size [m].
+    pub(super) fn normal_law(&mut self, path: &str, law: &NormalLaw, size: f64) {
+        if let Some(formula) = law.formula() {
+            if let Some(message) = fault_of_force(formula, size) {
+                self.add(format!("{path}.force"), message);
+            }
+            return;
+        }
         self.positive(&format!("{path}.stiffness"), "N/m^exponent", law.stiffness);
         self.at_least(&format!("{path}.exponent"), "-", law.exponent, 1.0);
         match law.damping {
-            Damping::Elastic => {}
+            Damping::Elastic | Damping::Formula { .. } => {}
             Damping::LankaraniNikravesh { restitution }
             | Damping::Flores { restitution }
             | Damping::ExactRestitution { restitution, .. } => {
@@ -53,18 +118,33 @@ impl Checker {
             self.at_least(&format!("{path}.profile[{index}]"), "m", *depth, 0.0);
         }
         let exponent = contact.exponent == 1.5;
-        let damped = matches!(contact.damping, Damping::KelvinVoigt { .. } | Damping::Impact { .. });
+        let damped = matches!(
+            contact.damping,
+            Damping::KelvinVoigt { .. } | Damping::Impact { .. } | Damping::Formula { .. }
+        );
         let sticks = matches!(friction, Some(FrictionLaw::StickSlip(_)));
+        let formula = matches!(friction, Some(FrictionLaw::Formula(_)));
         let problems = [
             (!exponent, "contact.exponent", "must be 1.5: the pressures begin as this law does"),
             (damped, "contact", "must be a law whose damping is in proportion to the elastic force"),
             (sticks, "friction", "must not be stick_slip: no contact with a profile sticks"),
+            (formula, "friction", "must have constant coefficients"),
             (*sliding != SlidingVelocity::Surface, "sliding", "must be \"surface\""),
             (film.is_some(), "film", "must not be given: oil films are those of round bearings"),
         ];
         for (is_wrong, field, problem) in problems {
             if is_wrong {
                 self.add(format!("{path}.{field}"), format!("{problem}, in a bearing with a profile"));
+            }
+        }
+    }
+
+    /// Checks the formulas in the place of the numbers of a bushing.
+    pub(super) fn formulas(&mut self, scene: &Scene, path: &str, formulas: &[Option<Box<Expression>>; 4]) {
+        for ((field, dimension), formula) in BUSHING.into_iter().zip(formulas) {
+            let Some(formula) = formula else { continue };
+            for Problem { path, message } in formula.problems(scene, &format!("{path}.{field}"), dimension) {
+                self.add(path, message);
             }
         }
     }
@@ -105,6 +185,12 @@ impl Checker {
                     return self.positive(&format!("{path}.velocity"), "m/s", velocity);
                 }
                 FrictionLaw::StickSlip(law) => return self.stick_slip(path, &law),
+                FrictionLaw::Formula(ref law) => {
+                    if let Some(message) = fault_of_friction(&law.formula) {
+                        self.add(format!("{path}.coefficient"), message);
+                    }
+                    return;
+                }
                 FrictionLaw::ModifiedCoulomb {
                     static_coefficient,
                     sliding_coefficient,
@@ -164,7 +250,7 @@ impl Checker {
 
 impl Checker {
     /// Checks the numbers of a guide.
-    pub(super) fn guide(&mut self, path: &str, joint: &Joint) {
+    pub(super) fn guide(&mut self, path: &str, joint: &Joint, size: f64) {
         let Joint::Guide { axis, shape, face_length, contact, friction, impact_velocity_floor, .. } = joint
         else {
             return;
@@ -202,7 +288,7 @@ impl Checker {
             self.positive(&format!("{path}.face_length"), "m", *length);
             self.round_edge(path, shape, friction.as_ref());
         }
-        self.normal_law(&format!("{path}.contact"), contact);
+        self.normal_law(&format!("{path}.contact"), contact, size);
         if let Some(law) = friction {
             self.friction(&format!("{path}.friction"), law);
         }

@@ -13,7 +13,7 @@ use crate::scene::check::Checker;
 use crate::scene::functions::expression_in;
 use crate::scene::json::{Fields, Node, Problems};
 use crate::scene::loads::Expression;
-use crate::scene::parts::{Force, GROUND, Scene};
+use crate::scene::parts::{Force, GROUND, Scene, length_scale};
 use crate::scene::quantities::{Quantity, TIME};
 use crate::scene::reader::normal_law;
 
@@ -45,7 +45,7 @@ pub struct Coupling {
 }
 
 /// Play between teeth, and the force of their flanks.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Backlash {
     /// How far the driven teeth can move between their flanks, along the pitch circle [m].
     pub play: f64,
@@ -242,7 +242,7 @@ impl Coupling {
         if let Some(offset) = self.offset {
             checker.finite(&format!("{path}.offset"), "rad or m", offset);
         }
-        self.check_teeth(checker, path);
+        self.check_teeth(scene, checker, path);
         if let Some(carrier) = &self.carrier
             && let Err(message) = scene.body_index(carrier)
         {
@@ -265,7 +265,7 @@ impl Coupling {
     }
 
     /// Adds what is wrong with the teeth.
-    fn check_teeth(&self, checker: &mut Checker, path: &str) {
+    fn check_teeth(&self, scene: &Scene, checker: &mut Checker, path: &str) {
         let place = format!("{path}.pressure_angle");
         if let Some(angle) = self.pressure_angle {
             if !(0.0..FRAC_PI_2).contains(&angle) {
@@ -279,7 +279,7 @@ impl Coupling {
         }
         let Some(Backlash { play, contact }) = &self.backlash else { return };
         checker.positive(&format!("{path}.backlash"), "m", *play);
-        checker.normal_law(&format!("{path}.contact"), contact);
+        checker.normal_law(&format!("{path}.contact"), contact, length_scale(scene));
         if self.pressure_angle.is_none() {
             checker.add(place, "must be given with a backlash, since the flanks touch at the pitch point");
         }
@@ -293,7 +293,7 @@ impl Coupling {
         {
             lengths.push(("law", "pitch radius", radius.abs(), longest));
         }
-        lengths.extend(self.backlash.map(|backlash| ("backlash", "backlash", backlash.play, WIDE)));
+        lengths.extend(self.backlash.as_ref().map(|backlash| ("backlash", "backlash", backlash.play, WIDE)));
         let long = lengths.into_iter().filter(|(_, _, length, most)| length > most);
         long.map(|(field, what, length, _)| {
             (

@@ -1,9 +1,12 @@
 //! Reads functions of time and of the motion from JSON.
 
+use crate::contact::formula::Formula;
 use crate::error::Problem;
 use crate::expression::curve::{Beyond, Curve, Interpolation};
+use crate::expression::dimension::Dimension;
 use crate::scene::json::{Fields, Node, Problems};
 use crate::scene::loads::{Expression, Load};
+use crate::scene::parts::Force;
 use crate::scene::quantities::TIME;
 use crate::scene::time_function::{Spline, TimeFunction};
 
@@ -128,6 +131,65 @@ fn table(fields: &mut Fields, problems: &mut Problems) -> Load {
         problems.push(Problem::new(fields.path_of("points"), message));
         UNREADABLE
     })
+}
+
+/// The numbers of a bushing, with their dimensions: stiffness and damping, radial and torsional.
+pub(super) const BUSHING: [(&str, Dimension); 4] = [
+    ("stiffness", [1, 0, -2]),
+    ("damping", [1, 0, -1]),
+    ("torsional_stiffness", [1, 2, -2]),
+    ("torsional_damping", [1, 2, -1]),
+];
+
+/// A number, or a formula of the motion in its place; zero if it is left out.
+fn number_or_formula(
+    fields: &mut Fields,
+    name: &'static str,
+    problems: &mut Problems,
+) -> (f64, Option<Box<Expression>>) {
+    let Some(node) = fields.optional(name) else { return (0.0, None) };
+    if !node.value.is_object() {
+        return (node.number(problems), None);
+    }
+    let mut inner = node.fields(problems);
+    inner.tag("function", &[("expression", ())], problems);
+    let expression = expression_in(&mut inner, problems);
+    inner.finish(problems);
+    (0.0, expression.map(Box::new))
+}
+
+/// A bushing.
+pub(super) fn bushing(fields: &mut Fields, problems: &mut Problems) -> Force {
+    let [name, a, b] = ["name", "a", "b"].map(|field| fields.text(field, problems));
+    let [stiffness, damping, torsional_stiffness, torsional_damping] =
+        BUSHING.map(|(field, _)| number_or_formula(fields, field, problems));
+    fields.required("stiffness", problems);
+    Force::Bushing {
+        name,
+        a,
+        b,
+        stiffness: stiffness.0,
+        damping: damping.0,
+        torsional_stiffness: torsional_stiffness.0,
+        torsional_damping: torsional_damping.0,
+        formulas: [stiffness.1, damping.1, torsional_stiffness.1, torsional_damping.1],
+    }
+}
+
+/// A law of a contact as a formula of quantities with these names; none after a problem was noted.
+pub(super) fn law(
+    fields: &mut Fields,
+    name: &'static str,
+    of: &[(&'static str, Dimension)],
+    wanted: Dimension,
+    problems: &mut Problems,
+) -> Option<Formula> {
+    let mut inner = fields.required(name, problems)?.fields(problems);
+    inner.tag("function", &[("expression", ())], problems);
+    let expression = expression_in(&mut inner, problems);
+    inner.finish(problems);
+    let law = expression?.law(of, &fields.path_of(name), wanted);
+    law.map_err(|found| problems.extend(found)).ok()
 }
 
 /// The fields of a formula; none after a problem was noted.

@@ -1,6 +1,7 @@
 //! Forces and torques as functions of time or of the motion.
 
-use crate::error::Problem;
+use crate::contact::formula::{Formula, MOST_SWITCHES};
+use crate::error::{Problem, meant_or_known};
 use crate::expression::curve::Curve;
 use crate::expression::dimension::{Dimension, PLAIN, dimension, unit};
 use crate::expression::grammar::{Syntax, parse};
@@ -99,7 +100,7 @@ impl Expression {
         if let Some((name, value)) = self.constants.iter().find(|(_, value)| !value.is_finite()) {
             return Err(format!("the constant {name:?} must be a finite number, got {value}"));
         }
-        let tape = self.tape(&[(variable.to_owned(), Quantity::Time)])?;
+        let tape = self.tape(&[variable])?;
         if !tape.switches.is_empty() {
             return Err(format!(
                 "{what} must have three derivatives: if, sign, abs, min, max and tables but the cubic one over the time \
@@ -125,12 +126,12 @@ impl Expression {
         }
     }
 
-    /// The expression compiled, where its quantities are those of [`Expression::quantities`].
+    /// The expression compiled, where its variables have these names.
     ///
     /// # Errors
     /// If it cannot be evaluated in the memory of a tape.
-    pub fn tape(&self, quantities: &[(String, Quantity)]) -> Result<Tape, String> {
-        let index = |name: &str| quantities.iter().position(|(other, _)| other == name).unwrap_or_default();
+    pub fn tape(&self, names: &[&str]) -> Result<Tape, String> {
+        let index = |name: &str| names.iter().position(|other| *other == name).unwrap_or_default();
         let tape = Tape::new(&self.syntax, &self.constants, &mut { index })?;
         Ok(match &self.table {
             Some(table) => tape.of_curve(table.clone()),
@@ -138,15 +139,58 @@ impl Expression {
         })
     }
 
+    /// The expression as a law of a contact, of quantities with these names.
+    ///
+    /// # Errors
+    /// What is wrong with it, where it stands at `path` and must have the dimension `wanted`.
+    pub(crate) fn law(
+        &self,
+        of: &[(&'static str, Dimension)],
+        path: &str,
+        wanted: Dimension,
+    ) -> Result<Formula, Vec<Problem>> {
+        let find = |name: &str| {
+            let found = of.iter().find(|(other, _)| *other == name).map(|(_, dimension)| *dimension);
+            let hint = || meant_or_known(name, of.iter().map(|(name, _)| *name));
+            found.ok_or_else(|| format!("unknown quantity {name:?}{}", hint()))
+        };
+        let problems = self.problems_among(&find, path, wanted);
+        if !problems.is_empty() {
+            return Err(problems);
+        }
+        let names: Vec<&str> = of.iter().map(|(name, _)| *name).collect();
+        let tape = self.tape(&names).map_err(|message| vec![Problem::new(path, message)])?;
+        if tape.switches.len() > MOST_SWITCHES {
+            let count = tape.switches.len();
+            let message = format!("changes its form at {count} places; at most {MOST_SWITCHES} are accepted");
+            return Err(vec![Problem::new(path, message)]);
+        }
+        let depends = [0, 1, 2].map(|index| {
+            let used = |name: &&str| self.syntax.names().iter().any(|(other, _)| other == name);
+            names.get(index).is_some_and(used)
+        });
+        Ok(Formula { text: self.text.clone(), tape, depends })
+    }
+
     /// What is wrong with the names, units and numbers in it, where a load of the dimension `wanted` stands at `path`.
     pub(crate) fn problems(&self, scene: &Scene, path: &str, wanted: Dimension) -> Vec<Problem> {
+        self.problems_among(&|name| scene.quantity(name).map(Quantity::dimension), path, wanted)
+    }
+
+    /// The same where `find` gives the dimension of a quantity, or says what is wrong with its name.
+    fn problems_among(
+        &self,
+        find: &dyn Fn(&str) -> Result<Dimension, String>,
+        path: &str,
+        wanted: Dimension,
+    ) -> Vec<Problem> {
         let mut problems = Vec::new();
         for (name, value) in &self.constants {
             let place = format!("{path}.constants.{name}");
             if !value.is_finite() {
                 problems.push(Problem::new(&place, format!("must be a finite number, got {value}")));
             }
-            if scene.quantity(name).is_ok() || name == TIME {
+            if find(name).is_ok() {
                 let taken = format!("{name:?} is a quantity of the motion: give the constant another name");
                 problems.push(Problem::new(&place, taken));
             }
@@ -154,34 +198,31 @@ impl Expression {
                 problems.push(Problem::new(&place, format!("{name:?} does not occur in {:?}", self.text)));
             }
         }
-        let mut unknown: Vec<&str> = Vec::new();
+        let mut names: Vec<&str> = Vec::new();
         for (name, place) in self.syntax.names() {
-            if self.value_of(name).is_some() || unknown.contains(&name) {
+            if self.value_of(name).is_some() || names.contains(&name) {
                 continue;
             }
-            if let Err(message) = scene.quantity(name) {
+            names.push(name);
+            if let Err(message) = find(name) {
                 let advice =
                     if name.contains('.') { "" } else { "; a number with a name stands in constants" };
                 let place = place_in(&self.text, place);
                 problems.push(Problem::new(path, format!("{message}{advice} ({place})")));
-                unknown.push(name);
             }
         }
         if !problems.is_empty() {
             return problems;
         }
-        let quantities = self.quantities(scene);
-        if quantities.len() > MOST_VARIABLES {
-            let count = quantities.len();
+        if names.len() > MOST_VARIABLES {
+            let count = names.len();
             let message =
                 format!("depends on {count} quantities of the motion; at most {MOST_VARIABLES} are accepted");
             problems.push(Problem::new(path, message));
-        } else if let Err(message) = self.tape(&quantities) {
+        } else if let Err(message) = self.tape(&names) {
             problems.push(Problem::new(path, message));
         }
-        let of_name = |name: &str| {
-            quantities.iter().find(|(other, _)| other == name).map(|(_, quantity)| quantity.dimension())
-        };
+        let of_name = |name: &str| if self.value_of(name).is_some() { None } else { find(name).ok() };
         problems.extend(self.wrong_dimension(&of_name, wanted).map(|message| Problem::new(path, message)));
         problems
     }

@@ -10,7 +10,7 @@ use crate::contact::normal::NormalLaw;
 use crate::contact::pair::SlidingVelocity;
 use crate::error::meant_or_known;
 use crate::scene::couplings::Coupling;
-use crate::scene::loads::Load;
+use crate::scene::loads::{Expression, Load};
 use crate::scene::time_function::TimeFunction;
 
 /// The name of the fixed body every scene has.
@@ -82,8 +82,7 @@ pub(crate) fn extent(points: impl Iterator<Item = [f64; 2]>) -> f64 {
     points.iter().enumerate().map(from).fold(0.0, f64::max)
 }
 
-/// Length scale [m]: the largest distance between two points of a body, or of ground; the radius of a joint
-/// if all points coincide; 1 m in a scene without any length.
+/// Length scale [m]: the largest distance of points of a body or ground; a joint's radius if all coincide; or else 1 m.
 pub(crate) fn length_scale(scene: &Scene) -> f64 {
     let mut length = extent(scene.ground.iter().map(|point| point.position));
     for body in &scene.bodies {
@@ -261,6 +260,8 @@ pub enum Force {
         torsional_stiffness: f64,
         /// Torsional damping [N m s/rad].
         torsional_damping: f64,
+        /// Formulas in the place of these numbers, which are zero then.
+        formulas: [Option<Box<Expression>>; 4],
     },
     /// A torsion spring and a damper in parallel between two bodies.
     TorsionSpring {

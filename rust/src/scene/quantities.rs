@@ -35,7 +35,7 @@ pub enum Quantity {
     Displacement(usize),
     /// Its rate [m/s].
     SlidingVelocity(usize),
-    /// Length of a spring or damper, by the index of the force [m].
+    /// Length of a spring or damper, or deflection of a bushing, by the index of the force [m].
     Length(usize),
     /// Its rate [m/s].
     Lengthening(usize),
@@ -145,6 +145,7 @@ impl Scene {
                 Force::Bushing { name, a, b, .. } => {
                     let bodies = [a, b].map(|end| self.attachment(end).ok().and_then(|end| end.body));
                     known.push((format!("{name}.angle"), Quantity::Angle(bodies)));
+                    known.push((format!("{name}.deflection"), Quantity::Length(index)));
                 }
                 Force::Gravity { .. } | Force::Applied { .. } | Force::Torque { .. } => {}
             }

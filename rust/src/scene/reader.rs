@@ -6,13 +6,15 @@
 use serde_json::Value;
 
 use crate::contact::film::Lubricant;
+use crate::contact::formula::{OF_FRICTION, OF_NORMAL_FORCE};
 use crate::contact::friction::{FrictionLaw, JointFriction};
 use crate::contact::normal::{Damping, NormalLaw};
 use crate::contact::pair::SlidingVelocity;
 use crate::contact::sticking::StickSlip;
 use crate::error::{InputError, Problem, Subject};
+use crate::expression::dimension::{FORCE, PLAIN};
 use crate::scene::couplings::coupling;
-use crate::scene::functions::{load, load_or_none, time_function};
+use crate::scene::functions::{bushing, law, load, load_or_none, time_function};
 use crate::scene::json::{Fields, Node, Problems};
 use crate::scene::parts::{
     Body, CENTER_OF_MASS, Drive, Force, ForceFrame, GROUND, GuideShape, Joint, JointKind, Scene, Start,
@@ -230,6 +232,7 @@ enum NormalLawName {
     KelvinVoigt,
     Impact,
     Hertz,
+    Formula,
 }
 
 pub(super) fn normal_law(node: Node, problems: &mut Problems) -> NormalLaw {
@@ -242,8 +245,16 @@ pub(super) fn normal_law(node: Node, problems: &mut Problems) -> NormalLaw {
         ("kelvin_voigt", NormalLawName::KelvinVoigt),
         ("impact", NormalLawName::Impact),
         ("hertz", NormalLawName::Hertz),
+        ("formula", NormalLawName::Formula),
     ];
     let name = fields.tag("law", &names, problems);
+    if let NormalLawName::Formula = name {
+        let formula = law(&mut fields, "force", &OF_NORMAL_FORCE, FORCE, problems);
+        fields.finish(problems);
+        // A sound law in the place of one that could not be read, for which a problem was added.
+        let unread = NormalLaw { stiffness: 1.0, exponent: 1.0, damping: Damping::Elastic };
+        return formula.map_or(unread, NormalLaw::of);
+    }
     let law = NormalLaw {
         stiffness: fields.number("stiffness", problems),
         exponent: fields.number_or("exponent", 1.5, problems),
@@ -265,7 +276,7 @@ pub(super) fn normal_law(node: Node, problems: &mut Problems) -> NormalLaw {
                 damping: fields.number("damping", problems),
                 depth: fields.number("depth", problems),
             },
-            NormalLawName::Hertz => Damping::Elastic,
+            NormalLawName::Hertz | NormalLawName::Formula => Damping::Elastic,
         },
     };
     fields.finish(problems);
@@ -277,6 +288,7 @@ enum FrictionName {
     ModifiedCoulomb,
     SmoothedCoulomb,
     StickSlip,
+    Formula,
 }
 
 fn friction_law(node: Node, problems: &mut Problems) -> FrictionLaw {
@@ -285,8 +297,9 @@ fn friction_law(node: Node, problems: &mut Problems) -> FrictionLaw {
         ("modified_coulomb", FrictionName::ModifiedCoulomb),
         ("smoothed_coulomb", FrictionName::SmoothedCoulomb),
         ("stick_slip", FrictionName::StickSlip),
+        ("formula", FrictionName::Formula),
     ];
-    let law = match fields.tag("law", &laws, problems) {
+    let friction = match fields.tag("law", &laws, problems) {
         FrictionName::ModifiedCoulomb => FrictionLaw::ModifiedCoulomb {
             static_coefficient: fields.number("static_coefficient", problems),
             sliding_coefficient: fields.number("sliding_coefficient", problems),
@@ -304,9 +317,14 @@ fn friction_law(node: Node, problems: &mut Problems) -> FrictionLaw {
             tangential_stiffness: fields.optional_number("tangential_stiffness", problems),
             damping_ratio: fields.number_or("damping_ratio", 0.3, problems),
         }),
+        FrictionName::Formula => {
+            let formula = law(&mut fields, "coefficient", &OF_FRICTION, PLAIN, problems);
+            let unread = FrictionLaw::SmoothedCoulomb { coefficient: 0.0, velocity: 1.0 };
+            formula.map_or(unread, FrictionLaw::of)
+        }
     };
     fields.finish(problems);
-    law
+    friction
 }
 
 /// Coefficient and size in the friction law of an ideal joint.
@@ -360,15 +378,7 @@ fn force(node: Node, problems: &mut Problems) -> Force {
     let force = match kind {
         ForceType::Gravity => Force::Gravity { acceleration: fields.pair("acceleration", problems) },
         ForceType::Spring | ForceType::Damper => link(kind == ForceType::Spring, &mut fields, problems),
-        ForceType::Bushing => Force::Bushing {
-            name: fields.text("name", problems),
-            a: fields.text("a", problems),
-            b: fields.text("b", problems),
-            stiffness: fields.number("stiffness", problems),
-            damping: fields.number_or("damping", 0.0, problems),
-            torsional_stiffness: fields.number_or("torsional_stiffness", 0.0, problems),
-            torsional_damping: fields.number_or("torsional_damping", 0.0, problems),
-        },
+        ForceType::Bushing => bushing(&mut fields, problems),
         ForceType::TorsionSpring | ForceType::TorsionDamper => {
             torsion(kind == ForceType::TorsionSpring, &mut fields, problems)
         }

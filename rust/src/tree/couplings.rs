@@ -10,6 +10,7 @@ use crate::tree::elements::{
 };
 use crate::tree::kinematics::Vec2;
 use crate::tree::loads::{MotionLoad, Variable};
+use crate::tree::slots::add_formulas;
 
 impl Tree {
     /// Adds the couplings of a checked scene. Their laws become functions of the motion, whose tables may end.
@@ -28,7 +29,14 @@ impl Tree {
                 let variables = vec![(coupling.driver.clone(), self.variable_of(&driver))];
                 let (name, text) = (coupling.name.clone(), coupling.driver.clone());
                 let first_switch = self.switch_count();
-                self.motion_loads.push(MotionLoad { name, text, tape, variables, first_switch });
+                self.motion_loads.push(MotionLoad {
+                    name,
+                    text,
+                    tape,
+                    variables,
+                    first_switch,
+                    law_of: None,
+                });
                 self.motion_loads.len() - 1
             });
             let name = coupling.name.clone();
@@ -41,8 +49,8 @@ impl Tree {
                     Ok(mesh) => tied.mesh = Some(mesh),
                 }
             }
-            match (coupling.backlash, tied.mesh.take()) {
-                (Some(backlash), Some(mesh)) => self.add_backlash(tied, mesh, &backlash),
+            match (&coupling.backlash, tied.mesh.take()) {
+                (Some(backlash), Some(mesh)) => self.add_backlash(tied, mesh, backlash),
                 (_, mesh) => self.couplings.push(Coupling { mesh, ..tied }),
             }
         }
@@ -78,14 +86,16 @@ impl Tree {
                         half_length: f64::INFINITY,
                     }),
                     clearance,
-                    normal: backlash.contact,
+                    normal: backlash.contact.clone(),
                     friction: None,
                     sliding: SlidingVelocity::Surface,
                 },
                 impact_velocity_floor: None,
                 neighbor: None,
                 backlash: Some(self.backlashes.len()),
+                is_aside: backlash.contact.formula().is_some(),
             });
+            add_formulas(self, self.slots.len() - 1);
         }
         self.backlashes.push(Backlash { coupling, mesh, slots: first..first + 2, columns, free });
     }

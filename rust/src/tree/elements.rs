@@ -109,6 +109,8 @@ pub struct ContactSlot {
     pub bodies: [Option<usize>; 2],
     /// Dimensions and force laws.
     pub law: ContactLaw,
+    /// Whether a law is of no common kind: one that can stick, or a formula.
+    pub is_aside: bool,
     /// Lower bound of the impact velocity in the damping [m/s], if the scene gives one.
     pub impact_velocity_floor: Option<f64>,
     /// What touches instead where the corner is not over its face, if that has ends.

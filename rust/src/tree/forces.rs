@@ -49,6 +49,8 @@ pub struct Bushing {
     pub stiffness: f64,
     /// Damping [N s/m].
     pub damping: f64,
+    /// Indices of functions of the motion in the place of both, which are zero then.
+    pub formulas: [Option<usize>; 2],
 }
 
 /// The oil film of a clearance joint.
@@ -88,6 +90,8 @@ pub struct Torsion {
     pub angle: f64,
     /// Damping [N m s/rad].
     pub damping: f64,
+    /// Indices of functions of the motion in the place of stiffness and damping, which are zero then.
+    pub formulas: [Option<usize>; 2],
 }
 
 /// An applied force at a point.

@@ -2,7 +2,7 @@
 //! bodies.
 
 use crate::contact::film::FilmLaw;
-use crate::scene::loads::Load as SceneLoad;
+use crate::scene::loads::{Expression, Load as SceneLoad};
 use crate::scene::parts::{Attachment, Force, ForceFrame, Joint, JointKind, length_scale};
 use crate::scene::quantities::Quantity;
 use crate::tree::elements::{
@@ -128,10 +128,21 @@ impl Builder<'_> {
 
     /// Adds a bushing, and its torsion spring if it has one.
     fn add_bushing(&self, tree: &mut Tree, force: &Force) {
-        let Force::Bushing { name, a, b, stiffness, damping, torsional_stiffness, torsional_damping } = force
+        let Force::Bushing {
+            name,
+            a,
+            b,
+            stiffness,
+            damping,
+            torsional_stiffness,
+            torsional_damping,
+            formulas,
+        } = force
         else {
             return;
         };
+        let [radial, radial_damping, torsional, twist_damping] =
+            formulas.each_ref().map(|of| of.as_ref().map(|of| self.motion_load(tree, name, of)));
         let ends = [a, b].map(|reference| self.end(reference));
         let (points, bodies) = (ends.map(|end| self.place(end)), ends.map(|end| end.body));
         tree.bushings.push(Bushing {
@@ -140,8 +151,10 @@ impl Builder<'_> {
             bodies,
             stiffness: *stiffness,
             damping: *damping,
+            formulas: [radial, radial_damping],
         });
-        if *torsional_stiffness != 0.0 || *torsional_damping != 0.0 {
+        let twists = [torsional, twist_damping];
+        if *torsional_stiffness != 0.0 || *torsional_damping != 0.0 || twists != [None; 2] {
             let placed = bodies.map(|body| body.and_then(|body| self.placements[body]));
             let [first, second] = placed.map(|placement| placement.unwrap_or(Placement::GROUND));
             tree.torsions.push(Torsion {
@@ -151,6 +164,7 @@ impl Builder<'_> {
                 stiffness: *torsional_stiffness,
                 angle: first.angle - second.angle,
                 damping: *torsional_damping,
+                formulas: twists,
             });
         }
     }
@@ -211,6 +225,7 @@ impl Builder<'_> {
                         stiffness: *stiffness,
                         angle: angle + first.angle - second.angle,
                         damping: *damping,
+                        formulas: [None; 2],
                     });
                 }
                 Force::Applied { name, point, x, y, frame } => {
@@ -245,21 +260,25 @@ impl Builder<'_> {
     fn load(&self, tree: &mut Tree, name: &str, load: &SceneLoad) -> Load {
         match load {
             SceneLoad::Time(function) => Load::Time(function.clone()),
-            SceneLoad::Motion(expression) => {
-                let quantities = expression.quantities(self.scene);
-                let variables =
-                    quantities.iter().map(|(name, quantity)| (name.clone(), self.variable(*quantity)));
-                tree.motion_loads.push(MotionLoad {
-                    name: name.to_owned(),
-                    text: expression.text.clone(),
-                    // Checked with the scene.
-                    tape: expression.tape(&quantities).unwrap_or_default(),
-                    variables: variables.collect(),
-                    first_switch: tree.switch_count(),
-                });
-                Load::Motion(tree.motion_loads.len() - 1)
-            }
+            SceneLoad::Motion(expression) => Load::Motion(self.motion_load(tree, name, expression)),
         }
+    }
+
+    /// Adds a function of the motion to the tree; its index.
+    fn motion_load(&self, tree: &mut Tree, name: &str, expression: &Expression) -> usize {
+        let quantities = expression.quantities(self.scene);
+        let names: Vec<&str> = quantities.iter().map(|(name, _)| name.as_str()).collect();
+        let variables = quantities.iter().map(|(name, quantity)| (name.clone(), self.variable(*quantity)));
+        tree.motion_loads.push(MotionLoad {
+            name: name.to_owned(),
+            text: expression.text.clone(),
+            // Checked with the scene.
+            tape: expression.tape(&names).unwrap_or_default(),
+            variables: variables.collect(),
+            first_switch: tree.switch_count(),
+            law_of: None,
+        });
+        tree.motion_loads.len() - 1
     }
 
     /// A quantity of the scene as one of the frames.
@@ -289,7 +308,13 @@ impl Builder<'_> {
             }
             Quantity::Displacement(joint) => Variable::Coordinate(column_of(joint)),
             Quantity::SlidingVelocity(joint) => Variable::Rate(column_of(joint)),
-            Quantity::Length(force) => Variable::Length(link_of(force)),
+            Quantity::Length(force) => match &self.scene.forces[force] {
+                Force::Spring { a, b, .. } | Force::Bushing { a, b, .. } => {
+                    Variable::Length([a, b].map(|end| self.place(self.end(end))))
+                }
+                // Others have no length.
+                _ => Variable::Time,
+            },
             Quantity::Lengthening(force) => Variable::Lengthening(link_of(force)),
         }
     }

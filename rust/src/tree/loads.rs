@@ -30,16 +30,42 @@ pub enum Variable {
     Coordinate(usize),
     /// Its rate.
     Rate(usize),
-    /// Length of a spring or damper, by its index [m].
-    Length(usize),
-    /// Its rate [m/s].
+    /// Distance of two points [m].
+    Length([FramePoint; 2]),
+    /// Rate of the length of a spring or damper, by its index [m/s].
     Lengthening(usize),
+    /// A quantity of a contact, by the index of its slot.
+    Contact(usize, ContactQuantity),
+}
+
+/// A quantity of a contact on which its laws may depend.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ContactQuantity {
+    /// Penetration [m].
+    Penetration,
+    /// Its rate [m/s].
+    PenetrationRate,
+    /// Its rate at the onset of the contact [m/s].
+    ImpactVelocity,
+    /// Sliding velocity [m/s].
+    SlidingVelocity,
+    /// Normal force [N].
+    NormalForce,
+}
+
+/// Whose law of contact a function is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LawOf {
+    /// Index of the slot.
+    pub slot: usize,
+    /// Whether it is that of friction.
+    pub is_friction: bool,
 }
 
 /// A function of the motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotionLoad {
-    /// Name of the force or torque.
+    /// Name of the force or torque, or of the contact.
     pub name: String,
     /// What the user wrote.
     pub text: String,
@@ -49,6 +75,8 @@ pub struct MotionLoad {
     pub variables: Vec<(String, Variable)>,
     /// Index of its first switch among those of all functions.
     pub first_switch: usize,
+    /// The contact whose law it is. It is evaluated with the contact; here are its switches, which act while that presses.
+    pub law_of: Option<LawOf>,
 }
 
 impl MotionLoad {

@@ -2,11 +2,14 @@
 //! one of a stop.
 
 use crate::contact::face::Face;
+use crate::contact::formula::{OF_FRICTION, OF_NORMAL_FORCE};
+use crate::contact::friction::FrictionLaw;
 use crate::contact::pair::{ContactLaw, SlidingVelocity, Surfaces};
 use crate::contact::worn::WornBearing;
 use crate::scene::parts::{GuideShape, Joint, length_scale};
 use crate::tree::elements::{ContactSlot, FramePoint, Guide, Neighbor, Tree};
 use crate::tree::kinematics::{Vec2, direction, perp, rotated};
+use crate::tree::loads::{ContactQuantity, LawOf, MotionLoad, Variable};
 use crate::tree::span::{Builder, Placement};
 
 /// The corners of a block, seen along the axis of its guide: name, that of the end of the guide there, side along the
@@ -24,6 +27,32 @@ const SIDES: [(&str, f64); 2] = [("left", 1.0), ("right", -1.0)];
 fn turned(vector: Vec2, angle: f64) -> Vec2 {
     let (sine, cosine) = angle.sin_cos();
     rotated(vector, cosine, sine)
+}
+
+/// Adds the laws of a slot that are formulas to the functions of the motion, for their switches.
+pub(super) fn add_formulas(tree: &mut Tree, slot: usize) {
+    use ContactQuantity::{ImpactVelocity, NormalForce, Penetration, PenetrationRate, SlidingVelocity};
+    let law = &tree.slots[slot].law;
+    let of_normal_force = [Penetration, PenetrationRate, ImpactVelocity];
+    let laws = [
+        (law.normal.formula(), OF_NORMAL_FORCE.map(|(name, _)| name).to_vec(), of_normal_force.to_vec()),
+        (
+            law.friction.as_ref().and_then(FrictionLaw::formula),
+            OF_FRICTION.map(|(name, _)| name).to_vec(),
+            vec![SlidingVelocity, NormalForce],
+        ),
+    ];
+    let laws = laws.map(|(formula, names, quantities)| {
+        let variables = names.into_iter().zip(quantities);
+        let variables = variables.map(|(name, of)| (name.to_owned(), Variable::Contact(slot, of)));
+        formula.map(|formula| (formula.text.clone(), formula.tape.clone(), variables.collect()))
+    });
+    for (is_friction, law) in [false, true].into_iter().zip(laws) {
+        let Some((text, tape, variables)) = law else { continue };
+        let (name, first_switch) = (tree.slots[slot].name.clone(), tree.switch_count());
+        let law_of = Some(LawOf { slot, is_friction });
+        tree.motion_loads.push(MotionLoad { name, text, tape, variables, first_switch, law_of });
+    }
 }
 
 impl Builder<'_> {
@@ -60,16 +89,22 @@ impl Builder<'_> {
                             )))
                         },
                         clearance: *clearance,
-                        normal: *contact,
-                        friction: *friction,
+                        normal: contact.clone(),
+                        friction: friction.clone(),
                         sliding: *sliding,
                     },
                     impact_velocity_floor: *impact_velocity_floor,
                     neighbor: None,
                     backlash: None,
+                    is_aside: false,
                 }),
                 Joint::Guide { .. } => self.add_guide(tree, joint),
             }
+        }
+        for slot in 0..tree.slots.len() {
+            let law = &tree.slots[slot].law;
+            tree.slots[slot].is_aside = law.stick_slip().is_some() || law.has_formula();
+            add_formulas(tree, slot);
         }
     }
 
@@ -113,13 +148,14 @@ impl Builder<'_> {
                 law: ContactLaw {
                     surfaces: Surfaces::Face(face),
                     clearance,
-                    normal: *contact,
-                    friction: *friction,
+                    normal: contact.clone(),
+                    friction: friction.clone(),
                     sliding: SlidingVelocity::Surface,
                 },
                 impact_velocity_floor: *impact_velocity_floor,
                 neighbor: is_neighbor.then_some(neighbor),
                 backlash: None,
+                is_aside: false,
             });
         }
         if let GuideShape::Stop { .. } = shape {

@@ -19,7 +19,7 @@ fn damped(restitution: f64) -> NormalLaw {
 }
 
 fn in_contact(hysteresis_factor: f64, clipped: bool) -> Phase {
-    Phase::Contact { latch: Latch::from_numbers([hysteresis_factor]), clipped, traction: None }
+    Phase::Contact { latch: Latch::from_numbers([hysteresis_factor, 0.0]), clipped, traction: None }
 }
 
 fn close(found: f64, expected: f64, relative: f64) {

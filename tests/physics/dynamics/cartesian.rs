@@ -126,10 +126,10 @@ pub(crate) fn contacts(case: &Case, states: &[CartesianState]) -> Vec<Contact> {
         if let Phase::Contact { latch, clipped: false, .. } = case.phases[index]
             && delta > 0.0
         {
-            let [hysteresis_factor] = latch.numbers();
+            let [hysteresis_factor, _] = latch.numbers();
             let bracket = 1.0 + hysteresis_factor * e_dot.dot(&n);
             let normal = contact.stiffness * delta.powf(contact.exponent) * bracket;
-            let mu = case.mechanism.slots[index].law.friction.map_or(0.0, |law| mu(law, sliding));
+            let mu = case.mechanism.slots[index].law.friction.as_ref().map_or(0.0, |law| mu(law, sliding));
             force = -normal * n - mu * sliding.signum() * normal * t;
         }
         list.push(Contact {
@@ -337,8 +337,8 @@ pub(crate) fn assert_motion(
 }
 
 /// Friction coefficient of Eq. (11).
-pub(crate) fn mu(law: FrictionLaw, v: f64) -> f64 {
-    let FrictionLaw::ModifiedCoulomb {
+pub(crate) fn mu(law: &FrictionLaw, v: f64) -> f64 {
+    let &FrictionLaw::ModifiedCoulomb {
         static_coefficient: mu_s,
         sliding_coefficient: mu_d,
         stick_slip_velocity: v_s,

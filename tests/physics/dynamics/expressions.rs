@@ -18,6 +18,10 @@ fn expression(text: &str) -> Load {
     Load::Motion(Box::new(Expression::read(text.to_owned(), used.collect()).unwrap()))
 }
 
+fn formula(text: &str) -> Option<Box<Expression>> {
+    Some(Box::new(Expression::read(text.to_owned(), Vec::new()).unwrap()))
+}
+
 /// The case with forces that depend on everything, and torques by a table.
 fn loaded(case: &Case) -> Option<Mechanism> {
     let mut scene = case.scene.clone();
@@ -53,10 +57,26 @@ fn loaded(case: &Case) -> Option<Mechanism> {
         name: "rubber".to_owned(),
         a: "body0.p0".to_owned(),
         b: GROUND.to_owned(),
-        stiffness: 13.0,
+        stiffness: 0.0,
         damping: 2.5,
-        torsional_stiffness: 0.7,
-        torsional_damping: 0.3,
+        torsional_stiffness: 0.0,
+        torsional_damping: 0.0,
+        formulas: [
+            formula("13 + 4*rubber.deflection**2 + 2*body0.vx"),
+            None,
+            formula("0.7*cos(rubber.angle) + 0.1*body0.y*time"),
+            formula("0.3 + 0.1*rubber.angle**2"),
+        ],
+    });
+    scene.forces.push(Force::Bushing {
+        name: "damper".to_owned(),
+        a: GROUND.to_owned(),
+        b: format!("body{last}.p0"),
+        stiffness: 1.0,
+        damping: 0.0,
+        torsional_stiffness: 0.0,
+        torsional_damping: 0.0,
+        formulas: [None, formula("2.5 + 0.4*damper.deflection*body0.vy"), None, None],
     });
     let points = [-50.0, -1.0, 0.3, 2.0, 50.0];
     let table = Curve::new(&points, &[3.0, -2.0, 5.0, 1.0, 2.0], Interpolation::Monotone, Beyond::Hold);

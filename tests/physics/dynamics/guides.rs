@@ -71,6 +71,7 @@ fn with_edges(case: &Case, random: &mut Random, edges: &[Edge]) -> (Mechanism, V
             impact_velocity_floor: None,
             neighbor: None,
             backlash: None,
+            is_aside: false,
         });
         let scales =
             ContactScales { mass: 1.0, resting_penetration: 1.0, resting_speed: 1.0, resting_velocity: 1.0 };

@@ -16,6 +16,7 @@ fn sticking<'m>(case: &Case, mechanism: &'m mut Mechanism, random: &mut Random) 
     let (with_faces, phases) = with_faces(case, random);
     *mechanism = with_faces;
     for slot in &mut mechanism.tree.slots {
+        slot.is_aside = true;
         slot.law.sliding = SlidingVelocity::Surface;
         slot.law.friction = Some(FrictionLaw::StickSlip(StickSlip {
             static_coefficient: 0.6,

@@ -169,7 +169,7 @@ impl HybridSystem for Rattle {
     }
 
     fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]) {
-        let stick = self.law.friction.map_or(f64::INFINITY, |law| law.stick_velocity());
+        let stick = self.law.friction.as_ref().map_or(f64::INFINITY, |law| law.stick_velocity());
         let widest = if self.phase == Phase::Free { f64::INFINITY } else { self.stick_part * stick };
         position.copy_from_slice(&[SCALES[0] * self.rtol, SCALES[0] * self.rtol, 1e-3 * self.rtol]);
         let linear = (SCALES[1] * self.rtol).min(widest);

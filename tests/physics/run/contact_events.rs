@@ -4,7 +4,7 @@ use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::{Damping, NormalLaw};
 use chebclear::integrators::Status;
 use chebclear::run::settings::{Method, Settings};
-use chebclear::run::trajectory::{EventKind, Trajectory, simulate, simulate_from};
+use chebclear::run::trajectory::{EventKind, Place, Trajectory, simulate, simulate_from};
 use chebclear::scene::parts::{Drive, Force, Joint, JointKind, Scene};
 use chebclear::tree::elements::State;
 use std::f64::consts::PI;
@@ -40,13 +40,13 @@ fn largest(values: &[f64]) -> f64 {
 /// Checks that every joint goes through its phases in order, and returns its clips.
 fn clips(run: &Trajectory, joint: usize, starts_inside: bool) -> usize {
     let (mut contact, mut clipped, mut count) = (starts_inside, false, 0);
-    for event in run.events.iter().filter(|event| event.joint == joint) {
+    for event in run.events.iter().filter(|event| event.place == Place::Joint(joint)) {
         let legal = match event.kind {
             EventKind::Onset => !contact,
             EventKind::Separation | EventKind::Transfer => contact,
             EventKind::Clip => contact && !clipped,
             EventKind::Unclip => contact && clipped,
-            EventKind::Stick | EventKind::Slip => contact && !clipped,
+            EventKind::Stick | EventKind::Slip | EventKind::Switch => contact && !clipped,
         };
         assert!(legal, "{event:?} with contact {contact}, clipped {clipped}");
         contact = !matches!(event.kind, EventKind::Separation | EventKind::Transfer);
@@ -210,8 +210,8 @@ fn clips_and_unclips_alternate_in_a_strongly_damped_contact() {
 fn bar(joints: [usize; 3], bob_first: bool, off_center: f64, restitution: f64) -> Scene {
     let damping = Damping::LankaraniNikravesh { restitution };
     let mut all = [
-        clearance_joint("left", "ground.left", "bar.left", 5e-5, damping),
-        clearance_joint("right", "ground.right", "bar.right", 5e-5, damping),
+        clearance_joint("left", "ground.left", "bar.left", 5e-5, damping.clone()),
+        clearance_joint("right", "ground.right", "bar.right", 5e-5, damping.clone()),
         clearance_joint("middle", "bar.middle", "bob", 3e-5, damping),
     ];
     if let Joint::Clearance { friction, .. } = &mut all[1] {
@@ -246,7 +246,10 @@ fn named_events(scene: &Scene, settings: &Settings) -> Vec<(f64, String, EventKi
     let mut events: Vec<(f64, String, EventKind)> = run
         .events
         .iter()
-        .map(|event| (event.time, scene.joints[event.joint].name().to_owned(), event.kind))
+        .map(|event| match event.place {
+            Place::Joint(joint) => (event.time, scene.joints[joint].name().to_owned(), event.kind),
+            Place::DryJoint(_) | Place::Load(_) => panic!("no such part"),
+        })
         .collect();
     for later in 1..events.len() {
         if events[later].0 - events[later - 1].0 < 1e-12 && events[later].1 < events[later - 1].1 {

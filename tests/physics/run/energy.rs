@@ -114,8 +114,8 @@ fn the_balance_closes_for_every_law_and_method() {
         Damping::HuntCrossley { hysteresis_factor: 0.5 },
         Damping::Elastic,
     ] {
-        for friction in [None, Some(stribeck), Some(smooth)] {
-            scenes.push(wrist(damping, friction, SlidingVelocity::Surface));
+        for friction in [None, Some(stribeck.clone()), Some(smooth.clone())] {
+            scenes.push(wrist(damping.clone(), friction, SlidingVelocity::Surface));
         }
     }
     scenes.push(slider_crank(true));

@@ -53,12 +53,14 @@ fn the_default_floor_moves_a_run_no_more_than_its_tolerance() {
     // began, so the velocity tolerance, a tenth of √(g R) times rtol, is felt: as much as it moves a run.
     let gap = 1e-15;
     for damping in LAWS {
-        let exact = drop_from(&shaft(damping, Some(1e-14)), gap, 0.0, 1e-11);
+        let exact = drop_from(&shaft(damping.clone(), Some(1e-14)), gap, 0.0, 1e-11);
         for rtol in [1e-3, 1e-4, 1e-5] {
             let tolerance = 0.1 * rtol * (GRAVITY * RADIUS).sqrt();
-            let moved =
-                largest_difference(&exact, &drop_from(&shaft(damping, Some(1e-14)), gap, tolerance, 1e-11));
-            let run = drop_from(&shaft(damping, None), gap, 0.0, rtol);
+            let moved = largest_difference(
+                &exact,
+                &drop_from(&shaft(damping.clone(), Some(1e-14)), gap, tolerance, 1e-11),
+            );
+            let run = drop_from(&shaft(damping.clone(), None), gap, 0.0, rtol);
             let error = largest_difference(&exact, &run);
             assert!(error <= 1.1 * moved, "{damping:?} {rtol:e}: {error:e} m/s, tolerance {moved:e} m/s");
             let told = run.warnings.iter().find(|notice| notice.code == "impacts_at_floor");
@@ -67,7 +69,7 @@ fn the_default_floor_moves_a_run_no_more_than_its_tolerance() {
             assert_eq!(counted, slow.then_some([("slow", 1.0), ("impacts", 1.0)]), "{:?}", run.warnings);
             assert!(slow || error < 1e-5);
         }
-        let coarse = drop_from(&shaft(damping, None), gap, 0.0, 1e-3);
+        let coarse = drop_from(&shaft(damping.clone(), None), gap, 0.0, 1e-3);
         assert_eq!(coarse.impacts_at_floor, 1);
     }
 }
@@ -78,7 +80,7 @@ fn an_impact_is_latched_as_fast_as_it_passed_the_surface() {
     for (gap, velocity) in [(1e-13, 0.0), (1e-12, 1e-6), (1e-8, 1e-3)] {
         let expected = (2.0 * GRAVITY * gap + velocity * velocity).sqrt();
         for rtol in [1e-3, 1e-4, 1e-6] {
-            let run = drop_from(&shaft(LAWS[0], Some(1e-14)), gap, velocity, rtol);
+            let run = drop_from(&shaft(LAWS[0].clone(), Some(1e-14)), gap, velocity, rtol);
             let found = run.events[0].normal_velocity;
             assert_eq!(run.events[0].kind, EventKind::Onset);
             assert!((found / expected - 1.0).abs() < 1e-3, "{rtol:e}: {found:e} {expected:e}");
@@ -92,7 +94,7 @@ fn a_shaft_that_starts_on_the_surface_settles_on_either_side_of_rounding() {
     for damping in LAWS {
         for gap in [-2e-19, 0.0, 2e-19] {
             for rtol in [1e-4, 1e-10] {
-                let run = drop_from(&shaft(damping, None), gap, 0.0, rtol);
+                let run = drop_from(&shaft(damping.clone(), None), gap, 0.0, rtol);
                 let depth = *run.values.last().unwrap();
                 assert!((depth / expected - 1.0).abs() < 1e-3, "{gap:e} {rtol:e}: {depth:e} {expected:e}");
                 assert!(run.events.is_empty() && run.impacts_at_floor == 0);

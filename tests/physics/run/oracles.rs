@@ -419,7 +419,7 @@ fn gate_09_free_pair_keeps_its_momenta_and_friction_turns_it_by_the_offset_of_th
     for friction in [None, Some(FRICTION)] {
         let mut scene = shaft(2.0, normal(1e7, Some(0.9)));
         scene.bodies.push(body("housing", 3.0, 1e-2, [0.01, 0.02], vec![point("hole", 0.05, -0.03)]));
-        scene.joints = vec![clearance_joint("housing.hole", normal(1e7, Some(0.9)), friction)];
+        scene.joints = vec![clearance_joint("housing.hole", normal(1e7, Some(0.9)), friction.clone())];
         let mechanism = compile(&scene);
         let mut start = mechanism.start.clone();
         start.v = vec![0.5, 0.3, 40.0, -0.2, 0.1, -3.0];

@@ -245,7 +245,7 @@ fn an_end_with_numbers_that_no_run_ends_with_is_refused_with_every_problem() {
     bad.q[1] = f64::NAN;
     bad.memory.turns[0] = 0.37;
     bad.memory.phases[0] =
-        Phase::Contact { latch: Latch::from_numbers([-2.0]), clipped: false, traction: None };
+        Phase::Contact { latch: Latch::from_numbers([-2.0, 0.0]), clipped: false, traction: None };
     let work = bad.memory.work.as_mut().unwrap();
     work.damping = -1.0;
     work.contacts[0].wear = -1.0;

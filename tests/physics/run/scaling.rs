@@ -224,7 +224,7 @@ fn same_bits(base: &Trajectory, scaled: &Trajectory, units: Units, method: Metho
     }
     assert_eq!(base.events.len(), scaled.events.len());
     for (expected, found) in base.events.iter().zip(&scaled.events) {
-        assert_eq!((expected.joint, expected.kind), (found.joint, found.kind));
+        assert_eq!((expected.place, expected.kind), (found.place, found.kind));
         assert_eq!(expected.time * units.time, found.time);
         assert_eq!(expected.normal_velocity * units.speed(), found.normal_velocity);
     }
@@ -263,7 +263,7 @@ fn guided() -> Scene {
         axis,
         shape,
         face_length,
-        contact,
+        contact: contact.clone(),
         friction,
         impact_velocity_floor: Some(1e-6),
     }));

@@ -44,8 +44,19 @@ def test_a_body_on_a_bushing_oscillates_alike_in_all_directions(method):
     assert np.max(np.abs(run["energy.balance"])) < 1e-8
 
 
+FORMULAS = {
+    "stiffness": "300 + 2000*rubber.deflection**2",
+    "damping": "4 + 10*rubber.deflection",
+    "torsional_stiffness": "0.5 + 0.1*rubber.angle**2",
+    "torsional_damping": "0.01*(1 + abs(rubber.angle))",
+}
+
+
+@pytest.mark.parametrize(
+    "rubber", [(300.0, 4.0, 0.5, 0.01), tuple(FORMULAS.values())], ids=["numbers", "formulas"]
+)
 @pytest.mark.parametrize("method", METHODS)
-def test_two_free_bodies_keep_their_momenta(method):
+def test_two_free_bodies_keep_their_momenta(method, rubber):
     """A bushing with damping, off center on turning bodies, makes no moment of its own."""
     bodies = [
         cc.Body("a", 1.0, 0.02, points={"P": (0.1, 0.05)}),
@@ -54,7 +65,7 @@ def test_two_free_bodies_keep_their_momenta(method):
     scene = cc.Scene(
         bodies,
         [],
-        [cc.Bushing("rubber", "a.P", "b.P", 300.0, 4.0, 0.5, 0.01)],
+        [cc.Bushing("rubber", "a.P", "b.P", *rubber)],
         start=[
             cc.BodyStart("a", angle=0.0, angular_velocity=8.0),
             cc.BodyStart("b", angle=0.2, angular_velocity=-15.0),
@@ -96,6 +107,82 @@ def test_without_damping_it_is_a_spring_of_no_length():
         np.testing.assert_allclose(runs[0][name], runs[1][name], rtol=0.0, atol=1e-10)
 
 
+@pytest.mark.parametrize("method", METHODS)
+def test_a_stiffness_that_grows_with_the_deflection_makes_the_oscillator_of_duffing(method):
+    """m v^2 / 2 + k x^2 / 2 + c x^4 / 4 is constant, and so is the sum of kinetic energy and input."""
+    m, k, c, x0 = 2.0, 200.0, 5e4, 0.1
+    text = cc.motions.Expression("k + c*rubber.deflection**2", {"k": k, "c": c})
+    scene = cc.Scene(
+        [cc.Body("block", m, 0.1)],
+        [cc.Prismatic("rail", "ground", "block", (1.0, 0.0))],
+        [cc.Bushing("rubber", "ground", "block", text)],
+        start=[cc.JointStart("rail", position=x0)],
+    )
+    run = cc.simulate(
+        scene,
+        duration=1.0,
+        samples=1001,
+        method=method,
+        rtol=1e-9,
+        outputs=["block.*", "rubber.*", "energy.*"],
+    )
+    x, v = run["block.x"], run["block.vx"]
+    whole = 0.5 * k * x0**2 + 0.25 * c * x0**4
+    np.testing.assert_allclose(0.5 * m * v**2 + 0.5 * k * x**2 + 0.25 * c * x**4, whole, rtol=1e-6)
+    np.testing.assert_allclose(run["energy.input"], 0.5 * m * v**2, atol=1e-6 * whole)
+    np.testing.assert_allclose(run["rubber.force_x"], -k * x - c * x**3, rtol=1e-9, atol=1e-9)
+    assert np.min(x) == pytest.approx(-x0, rel=1e-3)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_formulas_of_numbers_are_numbers(method):
+    runs = [
+        cc.simulate(
+            cc.Scene(
+                [cc.Body("block", 2.0, 0.1, points={"P": (0.02, 0.01)})],
+                [],
+                [cc.Gravity((0.0, -9.81)), cc.Bushing("rubber", "ground", "block.P", *values)],
+                start=[cc.BodyStart("block", angle=0.3, angular_velocity=1.0)],
+            ),
+            duration=1.0,
+            samples=101,
+            method=method,
+            rtol=1e-9,
+            outputs=["block.*", "rubber.*", "energy.damping_loss"],
+        )
+        for values in ((200.0, 1.5, 5.0, 0.02), tuple(f"{n} + 0*time" for n in (200, 1.5, 5, 0.02)))
+    ]
+    assert runs[0].stats == runs[1].stats
+    for name in runs[0].columns:
+        size = np.max(np.abs(runs[0][name]))
+        np.testing.assert_allclose(runs[1][name], runs[0][name], rtol=0.0, atol=1e-12 * size)
+
+
+def test_formulas_of_a_scene_file_hold_its_parameters():
+    text = """
+[parameters]
+k = 200.0
+[[bodies]]
+name = "block"
+mass = 2.0
+inertia = 0.1
+[[joints]]
+type = "prismatic"
+name = "rail"
+a = "ground"
+b = "block"
+axis = [1.0, 0.0]
+[[forces]]
+type = "bushing"
+name = "rubber"
+a = "ground"
+b = "block"
+stiffness = "k*(1 + (rubber.deflection/0.01)**2)"
+"""
+    (force,) = cc.loads(text).scene().forces
+    assert dict(force.stiffness.constants) == {"k": 200.0}
+
+
 def test_it_can_be_drawn_described_and_written():
     scene = cc.Scene(
         [cc.Body("block", 1.0, 0.1, points={"P": (0.1, 0.0)})],
@@ -119,6 +206,12 @@ def test_it_can_be_drawn_described_and_written():
             "torsional_damping: must be >= 0",
         ),
         (cc.Bushing("rail", "ground", "block", 1.0), "already taken"),
+        (
+            cc.Bushing("rubber", "ground", "block", "100*rubber.deflecton**0"),
+            'did you mean "deflection"',
+        ),
+        (cc.Bushing("rubber", "ground", "block", 1.0, "rubber.deflection"), "has the unit [m]"),
+        (cc.Bushing("rubber", "ground", "block", "rubber.force_x"), "no quantity"),
     ],
 )
 def test_bad_bushings_are_refused(bushing, problem):

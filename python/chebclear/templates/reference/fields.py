@@ -71,7 +71,8 @@ def field_tables() -> list[FieldTable]:
             tables.append(_table(f"[[{name}]]", part))
             for field_name, inner in part._choices.items():
                 key = _key_of(inner)
-                held.setdefault(key if key != "law" else f"{field_name} = {{ law = ... }}", inner)
+                section = key if key != "law" else f"{field_name} = {{ law = ... }}"
+                held[section] = tuple(dict.fromkeys((*held.get(section, ()), *inner)))
     for key, choices in held.items():
         section = key if "law" in key else "torque = { function = ... }"
         tables += [_table(section, part) for part in choices]
@@ -272,7 +273,9 @@ def _value(part: type[Part], item: Field[Any], unit: str, words: Mapping[str, tu
             f"table with {_key_of(inner)} = {_quoted([choice._tag[1] for choice in inner if choice._tag])}"
         )
         text = ", text of a formula" if Expression in inner else ""
-        return f"number{in_unit}{text} or {tables}" if annotation.startswith("float") else tables
+        if annotation.startswith("float"):
+            return f"number{in_unit}{text} or {tables}"
+        return f"{text[2:]}{in_unit} or {tables}" if text else tables
     if annotation.startswith("float"):
         return f"number{in_unit}"
     if annotation == "Vector":

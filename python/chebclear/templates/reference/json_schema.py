@@ -175,7 +175,9 @@ def _filled(part: type[Part], item: Field[Any], words: str) -> dict[str, Any]:
         one: dict[str, Any] = {"anyOf": records} if len(records) > 1 else records[0]
         if annotation.startswith("Sequence"):
             return said | {"type": "array", "items": one}
-        return said | {"anyOf": [*records, *([_number(words)] if annotation.startswith("float") else [])]}
+        plain = [_number(words)] if annotation.startswith("float") else []
+        text = [said | _TEXT] if annotation.endswith("| str") and not plain else []
+        return said | {"anyOf": [*records, *plain, *text]}
     if annotation.startswith("float"):
         return _number(words)
     if annotation == "Vector":

@@ -6,7 +6,7 @@ use crate::mechanism::compiled::Mechanism;
 use crate::numerics::instant::Instant;
 use crate::run::contacts::guards::{ONSET_PART, RATIO_PART};
 use crate::run::contacts::log::ContactLog;
-use crate::run::contacts::{Event, EventKind};
+use crate::run::contacts::{Event, EventKind, Place};
 use crate::run::motion::Motion;
 use crate::run::tolerances::Tolerances;
 use crate::tree::elements::IdealKind;
@@ -223,8 +223,7 @@ pub(crate) fn cross_dry_joint(
         // Drives turn a motion back without sticking.
         if after.direction != before.direction && after.stiffness > 0.0 {
             let kind = if after.sticks() { EventKind::Stick } else { EventKind::Slip };
-            let joint = motion.mechanism.slots.len() + other;
-            log.events.push(Event { time, joint, kind, normal_velocity: 0.0 });
+            log.events.push(Event { time, place: Place::DryJoint(other), kind, normal_velocity: 0.0 });
         }
     }
 }

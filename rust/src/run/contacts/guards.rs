@@ -183,11 +183,14 @@ fn tension_guard(
         return Guard::INACTIVE;
     };
     let law = &motion.mechanism.slots[index].law.normal;
-    let slope = law.force_ratio_slope(state.penetration, state.penetration_rate, latch);
+    let (penetration, rate) = (state.penetration, state.penetration_rate);
+    let of_formula = law.ratio_of_formula([penetration, rate], latch);
+    let slope =
+        of_formula.map_or_else(|| law.force_ratio_slope(penetration, rate, latch), |[_, slope]| slope);
     if slope == 0.0 {
         return Guard::INACTIVE;
     }
-    let ratio = law.force_ratio(state.penetration, state.penetration_rate, latch);
+    let ratio = of_formula.map_or_else(|| law.force_ratio(penetration, rate, latch), |[ratio, _]| ratio);
     // Rounding error of the difference of two velocities, and part of the tolerance: with strong damping
     // the ratio stays near zero for long, and its noise must not count as events.
     let rounding = 4.0 * f64::EPSILON * (journal.velocity.abs().sum() + bearing.velocity.abs().sum());

@@ -2,7 +2,7 @@
 
 use crate::dynamics::{SlotMotion, relative_motion};
 use crate::integrators::dense::DenseStep;
-use crate::run::contacts::{Contact, Event, EventKind, ForceSample, OpenContact, Stick};
+use crate::run::contacts::{Contact, Event, EventKind, ForceSample, OpenContact, Place, Stick};
 use crate::run::motion::Motion;
 use crate::run::samples::Samples;
 
@@ -42,8 +42,9 @@ impl ContactLog {
 
     /// Records an event, and begins or ends the contact of its joint.
     pub(crate) fn record(&mut self, event: Event) {
-        let Event { time, joint, kind, normal_velocity } = event;
+        let Event { time, place, kind, normal_velocity } = event;
         self.events.push(event);
+        let Place::Joint(joint) = place else { return };
         match kind {
             EventKind::Onset => self.open[joint] = Some(OpenContact::begin(joint, time, normal_velocity)),
             EventKind::Separation | EventKind::Transfer => {
@@ -52,7 +53,7 @@ impl ContactLog {
                 }
             }
             // The rate of the force may jump, so the peak is not interpolated across this instant.
-            EventKind::Clip | EventKind::Unclip | EventKind::Stick | EventKind::Slip => {
+            EventKind::Clip | EventKind::Unclip | EventKind::Stick | EventKind::Slip | EventKind::Switch => {
                 if let Some(open) = &mut self.open[joint] {
                     open.last = None;
                 }

@@ -30,6 +30,8 @@ pub enum EventKind {
     Slip,
     /// The contact passes to the neighbor of its slot, at an end of a face.
     Transfer,
+    /// A formula changes its form.
+    Switch,
 }
 
 impl EventKind {
@@ -43,28 +45,41 @@ impl EventKind {
             EventKind::Stick => "stick",
             EventKind::Slip => "slip",
             EventKind::Transfer => "transfer",
+            EventKind::Switch => "switch",
         }
     }
 }
 
-/// A change of phase of a clearance joint.
+/// Where an event happens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// The clearance joint with this index.
+    Joint(usize),
+    /// The ideal joint with friction with this index.
+    DryJoint(usize),
+    /// The function of the motion with this index.
+    Load(usize),
+}
+
+/// A change of phase of a clearance joint, or of the form of a formula.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Event {
     /// Time [s].
     pub time: f64,
-    /// Index of the contact slot; after these of the ideal joint with friction: see [`event_joint`].
-    pub joint: usize,
+    /// Where it happens.
+    pub place: Place,
     /// Kind.
     pub kind: EventKind,
-    /// Penetration rate [m/s]: the approach velocity at an onset.
+    /// Penetration rate [m/s]: the approach velocity at an onset; NaN where no surfaces touch.
     pub normal_velocity: f64,
 }
 
-/// Name of the joint of an event.
-pub fn event_joint(mechanism: &Mechanism, joint: usize) -> &str {
-    match mechanism.slots.get(joint) {
-        Some(slot) => &slot.name,
-        None => mechanism.dry_joint_name(joint - mechanism.slots.len()),
+/// Name of what an event belongs to.
+pub fn event_joint(mechanism: &Mechanism, place: Place) -> &str {
+    match place {
+        Place::Joint(slot) => &mechanism.slots[slot].name,
+        Place::DryJoint(joint) => mechanism.dry_joint_name(joint),
+        Place::Load(load) => &mechanism.motion_loads[load].name,
     }
 }
 

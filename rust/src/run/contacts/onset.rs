@@ -113,6 +113,7 @@ pub(crate) fn begin_contacts(
         let traction = new_traction(motion, index, state.penetration.max(scales.resting_penetration));
         motion.dynamics.phases[index] =
             Phase::Contact { latch: law.latch(arrival), clipped: false, traction };
+        motion.dynamics.settle_contact(index);
         if traction.is_some() {
             motion.dynamics.accelerate(&motion.a);
             begin_friction(motion, tolerances, index);

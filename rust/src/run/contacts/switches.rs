@@ -3,8 +3,11 @@
 use crate::dynamics::{SwitchDistance, Uncertainty};
 use crate::integrators::Status;
 use crate::integrators::events::Guard;
+use crate::run::contacts::log::ContactLog;
+use crate::run::contacts::{Event, EventKind, Place};
 use crate::run::motion::Motion;
 use crate::run::tolerances::Tolerances;
+use crate::tree::loads::LawOf;
 
 /// Largest distance beyond the place of a switch at which a step may end, as a part of what the tolerances leave
 /// undetermined.
@@ -13,6 +16,9 @@ const OVERSHOOT_PART: f64 = 1e-2;
 /// The guard of a switch in the state of the frames inside the step or at its end: zero where the force changes its form.
 pub(crate) fn switch_guard(motion: &Motion, tolerances: &Tolerances, is_inside: bool, index: usize) -> Guard {
     let dynamics = if is_inside { &motion.inside } else { &motion.dynamics };
+    if motion.mechanism.load_of_switch(index).is_some_and(|(load, _)| !motion.dynamics.acts(load)) {
+        return Guard::INACTIVE;
+    }
     let scales = &motion.mechanism.scales;
     let errors = Uncertainty {
         length: scales.length,
@@ -31,15 +37,38 @@ pub(crate) fn switch_guard(motion: &Motion, tolerances: &Tolerances, is_inside: 
     }
 }
 
-/// Changes the state of a switch. Only its direction counts for what follows: both forms of the force may push the
-/// quantity back, as dry friction does at rest, and then there is no motion that an expression describes.
+/// Changes the form of a formula, or the piece of a table.
 pub(crate) fn cross_switch(
     motion: &mut Motion,
+    log: &mut ContactLog,
     switch: usize,
-    t: f64,
-    q: &[f64],
-    v: &[f64],
+    (t, q, v): (f64, &[f64], &[f64]),
 ) -> Result<f64, Status> {
+    let mechanism = motion.mechanism;
+    let found = mechanism.motion_loads.iter().position(|load| load.switches().contains(&switch));
+    let Some((index, load)) = found.map(|index| (index, &mechanism.motion_loads[index])) else {
+        return Ok(f64::INFINITY);
+    };
+    if !motion.dynamics.acts(load) {
+        // The contact ended at the same instant.
+        return Ok(f64::INFINITY);
+    }
+    let (mut place, mut normal_velocity) = (Place::Load(index), f64::NAN);
+    if let Some(LawOf { slot, .. }) = load.law_of {
+        log.end_phase(motion, t, slot, q, v);
+        place = Place::Joint(slot);
+        normal_velocity = motion.dynamics.contact_state(slot).penetration_rate;
+    }
+    let crossed = flip(motion, switch, t, q, v);
+    if load.tape.is_of_formula(switch - load.first_switch) {
+        log.record(Event { time: t, place, kind: EventKind::Switch, normal_velocity });
+    }
+    crossed
+}
+
+/// Changes the state of a switch. Only its direction counts for what follows: both forms of the force may push the
+/// quantity back, as dry friction does at rest, and then there is no motion that an expression describes.
+fn flip(motion: &mut Motion, switch: usize, t: f64, q: &[f64], v: &[f64]) -> Result<f64, Status> {
     let rate = |motion: &mut Motion| {
         if !motion.dynamics.acceleration(t, q, v, &mut motion.a) {
             return Err(Status::NonFinite);

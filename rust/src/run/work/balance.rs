@@ -330,7 +330,7 @@ impl Slide {
     fn of(motion: &Motion, index: usize, state: &ContactState<f64>) -> Self {
         let joint = &motion.mechanism.slots[index];
         let (Phase::Contact { clipped: false, .. }, Some(law)) =
-            (motion.dynamics.phases[index], joint.law.friction)
+            (motion.dynamics.phases[index], &joint.law.friction)
         else {
             return Slide { velocity: 1.0, rate: 0.0 };
         };

@@ -1,0 +1,142 @@
+//! Laws that the user writes as formulas: a normal force, or a friction coefficient.
+
+use crate::expression::dimension::{Dimension, FORCE};
+use crate::expression::tape::Tape;
+use crate::numerics::dual::{Dual, Scalar};
+
+/// The quantities of which a normal force may be a formula, in the order of its variables.
+pub const OF_NORMAL_FORCE: [(&str, Dimension); 3] =
+    [("penetration", [0, 1, 0]), ("penetration_rate", [0, 1, -1]), ("impact_velocity", [0, 1, -1])];
+/// Those of a friction coefficient.
+pub const OF_FRICTION: [(&str, Dimension); 2] = [("sliding_velocity", [0, 1, -1]), ("normal_force", FORCE)];
+
+/// Most switches of a formula: each takes a bit of its forms.
+pub const MOST_SWITCHES: usize = 16;
+
+/// Impact velocity [m/s] at which the elastic part of a formula is taken.
+const UNIT_VELOCITY: f64 = 1.0;
+/// Halvings of a bracket of the logarithm of a penetration down to the rounding of a double.
+const HALVINGS: usize = 60;
+/// Error of the elastic energy relative to force times penetration, and halvings of the penetration that it may take.
+const ENERGY_ERROR: f64 = 1e-9;
+const MOST_HALVINGS: u32 = 20;
+
+/// A formula, compiled.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Formula {
+    /// What the user wrote.
+    pub text: String,
+    /// The same, compiled.
+    pub tape: Tape,
+    /// Whether it depends on each of its variables.
+    pub depends: [bool; 3],
+}
+
+impl Formula {
+    /// Its value; bit k of `forms` tells whether switch k is below.
+    // Not inlined, so that the laws that are built in stay small.
+    #[inline(never)]
+    pub fn value<S: Scalar>(&self, variables: &[S], forms: u16) -> S {
+        let count = self.tape.switches.len();
+        if count == 0 {
+            return self.tape.value(variables, &[]);
+        }
+        let mut states = [0; MOST_SWITCHES];
+        for (switch, state) in states.iter_mut().enumerate().take(count) {
+            *state = i64::from(forms >> switch & 1);
+        }
+        self.tape.value(variables, &states[..count])
+    }
+
+    /// The form that it has at these values.
+    pub fn forms(&self, variables: &[f64]) -> u16 {
+        let count = self.tape.switches.len();
+        if count == 0 {
+            return 0;
+        }
+        let mut states = [0; MOST_SWITCHES];
+        for switch in 0..count {
+            states[switch] = self.tape.state(switch, variables, &states[..count]);
+        }
+        states.iter().rev().fold(0, |forms, state| forms << 1 | *state as u16)
+    }
+
+    /// Its value in that form.
+    pub fn at(&self, variables: &[f64]) -> f64 {
+        self.value(variables, self.forms(variables))
+    }
+
+    /// A normal force without damping [N], and its derivative [N/m].
+    pub(super) fn elastic(&self, penetration: f64) -> [f64; 2] {
+        let forms = self.forms(&[penetration, 0.0, UNIT_VELOCITY]);
+        let variables =
+            [Dual::<1>::input(penetration, 0), Dual::constant(0.0), Dual::constant(UNIT_VELOCITY)];
+        let force = self.value(&variables, forms);
+        [force.value, force.gradient[0]]
+    }
+
+    /// The same force alone.
+    pub(super) fn elastic_force(&self, penetration: f64) -> f64 {
+        self.at(&[penetration, 0.0, UNIT_VELOCITY])
+    }
+
+    /// The integral of that force up to a penetration [J].
+    pub(super) fn elastic_energy(&self, penetration: f64) -> f64 {
+        // Over the root of the penetration, in which powers of halves are smooth.
+        let along = |root: f64| 2.0 * root * self.elastic_force(root * root);
+        let scale = self.elastic_force(penetration).abs() * penetration;
+        integral(&along, [0.0, penetration.max(0.0).sqrt()], ENERGY_ERROR * scale, MOST_HALVINGS)
+    }
+
+    /// Penetration [m], up to a largest one, at which the elastic part carries a load [N].
+    pub(super) fn penetration_under(&self, load: f64, largest: f64) -> f64 {
+        let (mut low, mut high) = ((f64::EPSILON * largest).ln(), largest.ln());
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if self.elastic_force(middle.exp()) < load { low = middle } else { high = middle }
+        }
+        (0.5 * (low + high)).exp()
+    }
+
+    /// Normal force [N] and its derivative with respect to the penetration rate [N s/m].
+    pub(super) fn with_damping(&self, variables: [f64; 3], forms: u16) -> [f64; 2] {
+        let [penetration, rate, impact_velocity] = variables;
+        let variables =
+            [Dual::<1>::constant(penetration), Dual::input(rate, 0), Dual::constant(impact_velocity)];
+        let force = self.value(&variables, forms);
+        [force.value, force.gradient[0]]
+    }
+}
+
+/// The integral of a function between two numbers by Lobatto's rule with five points, whose halves are halved until they
+/// agree with the whole. A rule without the ends would miss a kink next to one.
+fn integral(of: &impl Fn(f64) -> f64, [a, b]: [f64; 2], error: f64, halvings: u32) -> f64 {
+    let rule = |a: f64, b: f64| {
+        let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
+        let inner = (3.0_f64 / 7.0).sqrt() * half;
+        half / 90.0
+            * (64.0 * of(middle) + 49.0 * (of(middle - inner) + of(middle + inner)) + 9.0 * (of(a) + of(b)))
+    };
+    let middle = 0.5 * (a + b);
+    let (whole, halves) = (rule(a, b), rule(a, middle) + rule(middle, b));
+    if halvings == 0 || (halves - whole).abs() <= error || halves.is_nan() {
+        return halves;
+    }
+    integral(of, [a, middle], 0.5 * error, halvings - 1)
+        + integral(of, [middle, b], 0.5 * error, halvings - 1)
+}
+
+/// The numbers of a friction formula that tolerances ask for: the sliding speed [m/s] below which it is steep, zero if it
+/// is steep nowhere or jumps, and its slope there [s/m].
+pub fn steepness(formula: &Formula) -> [f64; 2] {
+    let variables = [Dual::<1>::input(0.0, 0), Dual::constant(1.0)];
+    let slope = formula.value(&variables, formula.forms(&[0.0, 1.0])).gradient[0];
+    let largest = SPEEDS.map(|speed| formula.at(&[speed, 1.0]).abs()).into_iter().fold(0.0, f64::max);
+    let speed = largest / slope;
+    if speed > 0.0 && speed.is_finite() { [speed, slope] } else { [0.0, 0.0] }
+}
+
+/// Sliding speeds [m/s] and normal forces [N] at which friction formulas are looked at.
+pub const SPEEDS: [f64; 6] = [1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0];
+/// See there.
+pub const FORCES: [f64; 3] = [1e-3, 1.0, 1e3];
