@@ -494,9 +494,9 @@ impl<const S: usize> OneStep for Rosenbrock<S> {
         let (w01, w10) = (entry(0, 1), entry(1, 0));
         let inverse = 1.0 / (w00 * w11 - w01 * w10);
         for stage in 0..S {
-            let sum = self.combine(&self.tableau.a[stage]);
+            let sum = self.combine(self.tableau.a[stage]);
             let argument = [0, 1, 2, 3].map(|k| y[k] + sum[k]);
-            let residual = self.combine(&self.tableau.c[stage]).map(|sum| sum / h);
+            let residual = self.combine(self.tableau.c[stage]).map(|sum| sum / h);
             let accelerations = if stage == 0 {
                 first
             } else {

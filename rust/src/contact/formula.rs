@@ -1,5 +1,8 @@
 //! Laws that the user writes as formulas: a normal force, or a friction coefficient.
 
+use crate::contact::friction::FrictionLaw;
+use crate::contact::normal::Damping;
+use crate::contact::pair::{ContactLaw, ContactState, Phase, RelativeMotion};
 use crate::expression::dimension::{Dimension, FORCE};
 use crate::expression::tape::Tape;
 use crate::numerics::dual::{Dual, Scalar};
@@ -140,3 +143,20 @@ pub fn steepness(formula: &Formula) -> [f64; 2] {
 pub const SPEEDS: [f64; 6] = [1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0];
 /// See there.
 pub const FORCES: [f64; 3] = [1e-3, 1.0, 1e3];
+
+impl ContactLaw {
+    /// Whether it has a law that is a formula.
+    pub fn has_formula(&self) -> bool {
+        matches!(self.normal.damping, Damping::Formula { .. })
+            || matches!(self.friction, Some(FrictionLaw::Formula(_)))
+    }
+
+    /// The state in a bearing by a law that is a formula.
+    #[inline(never)]
+    pub(crate) fn by_formula<S: Scalar>(&self, motion: &RelativeMotion<S>, phase: Phase) -> ContactState<S> {
+        match self.geometry(motion) {
+            Some(geometry) => self.forces::<S, true, true>(geometry, motion.spin, phase),
+            None => self.in_bearing::<S, false>(motion, phase),
+        }
+    }
+}

@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 use crate::contact::face::Face;
 use crate::contact::friction::FrictionLaw;
-use crate::contact::normal::{Damping, Latch, NormalLaw};
+use crate::contact::normal::{Latch, NormalLaw};
 use crate::contact::sticking::{StickSlip, Traction};
 use crate::contact::worn::WornBearing;
 use crate::numerics::dual::{Dual, Scalar};
@@ -136,7 +136,7 @@ pub(super) struct Geometry<S> {
 impl ContactLaw {
     /// The geometry in a bearing; `None` where the normal is undefined, as in a concentric start.
     #[inline(always)]
-    fn geometry<S: Scalar>(&self, motion: &RelativeMotion<S>) -> Option<Geometry<S>> {
+    pub(super) fn geometry<S: Scalar>(&self, motion: &RelativeMotion<S>) -> Option<Geometry<S>> {
         let [ex, ey] = motion.eccentricity;
         let [vx, vy] = motion.rate;
         let square = ex * ex + ey * ey;
@@ -208,12 +208,6 @@ impl ContactLaw {
             Surfaces::Worn(ref worn) => worn.journal_radius,
             Surfaces::Face(face) => face.size,
         }
-    }
-
-    /// Whether it has a law that is a formula.
-    pub fn has_formula(&self) -> bool {
-        matches!(self.normal.damping, Damping::Formula { .. })
-            || matches!(self.friction, Some(FrictionLaw::Formula(_)))
     }
 
     /// Sliding velocity of the two material surfaces [m/s], whichever convention the friction law uses.
@@ -327,15 +321,6 @@ impl ContactLaw {
         self.forces::<S, true, false>(face.geometry(motion, phase), motion.spin, phase)
     }
 
-    /// The same in a bearing by a law that is a formula.
-    #[inline(never)]
-    pub(crate) fn by_formula<S: Scalar>(&self, motion: &RelativeMotion<S>, phase: Phase) -> ContactState<S> {
-        match self.geometry(motion) {
-            Some(geometry) => self.forces::<S, true, true>(geometry, motion.spin, phase),
-            None => self.in_bearing::<S, false>(motion, phase),
-        }
-    }
-
     /// The same with friction that can stick. While it does, force and moments are those that do the work of the slip
     /// distance, so that what the spring stores comes back.
     #[inline(never)]
@@ -395,7 +380,7 @@ impl ContactLaw {
     }
 
     #[inline(always)]
-    fn forces<S: Scalar, const FRICTION: bool, const FORMULA: bool>(
+    pub(super) fn forces<S: Scalar, const FRICTION: bool, const FORMULA: bool>(
         &self,
         geometry: Geometry<S>,
         spin: S,

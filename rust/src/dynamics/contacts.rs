@@ -244,7 +244,7 @@ impl Dynamics<'_> {
                 self.slot_to_world(slot, worn.normal(self.contact_motion(slot).eccentricity).into())
             }
             Surfaces::Bearing { .. } => Vec2::from(self.contact_motion(slot).eccentricity).normalize(),
-            Surfaces::Face(face) => self.normal_at(slot, &face),
+            Surfaces::Face(face) => self.normal_at(slot, face),
         }
     }
 

@@ -297,7 +297,7 @@ impl<'a> System<'a> {
         let (Surfaces::Face(face), Some(neighbor)) = (&slot.law.surfaces, &slot.neighbor) else {
             return Ok(false);
         };
-        let [[own, _], [far, _]] = dynamics.ends_ahead(slot, &face, neighbor);
+        let [[own, _], [far, _]] = dynamics.ends_ahead(slot, face, neighbor);
         let SlotContact { motion, state } = dynamics.contact_of(slot, dynamics.phases[index]);
         if state.penetration.abs() < own.min(far) {
             return Ok(false);

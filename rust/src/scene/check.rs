@@ -3,13 +3,11 @@
 use crate::contact::friction::FrictionLaw;
 use crate::contact::pair::SlidingVelocity;
 use crate::error::{InputError, Problem, Subject, meant_or_known, refused};
-use crate::expression::dimension::{Dimension, FORCE, TORQUE, unit};
-use crate::scene::loads::Load;
+use crate::expression::dimension::{FORCE, TORQUE};
 use crate::scene::parts::{
     Body, CENTER_OF_MASS, Drive, ENERGY, Ends, Force, GROUND, Joint, JointKind, Point, Scene, Start,
     length_scale, same_points,
 };
-use crate::scene::time_function::TimeFunction;
 
 /// Most entries of a list of the scene, and points of a body. Assembly forms dense matrices of all coordinates: of 500
 /// free bodies in 500 bearings it takes seconds, and of ten times as many a thousand times as long.
@@ -95,7 +93,10 @@ impl Scene {
                 format!("{path}.inertia_about"),
                 format!("unknown point {:?} of {:?}{hint}", body.inertia_about, body.name),
             );
-        } else if body.inertia > 0.0 && self.central_inertia(body) <= 0.0 {
+        } else if body.inertia > 0.0
+            && body.center_of_mass.iter().all(|side| side.is_finite())
+            && self.central_inertia(body) <= 0.0
+        {
             checker.add(
                 format!("{path}.inertia"),
                 format!(
@@ -381,7 +382,7 @@ fn is_unseen(letter: char) -> bool {
 
 /// Collects problems; each method is one rule.
 pub(super) struct Checker {
-    problems: Vec<Problem>,
+    pub(super) problems: Vec<Problem>,
 }
 
 impl Checker {
@@ -404,39 +405,6 @@ impl Checker {
             && first == second
         {
             self.add(path, "connects a body to itself: the two ends must be on different bodies");
-        }
-    }
-
-    /// Checks a force or torque of the given dimension.
-    fn load(&mut self, scene: &Scene, path: &str, dimension: Dimension, load: &Load) {
-        match load {
-            Load::Time(function) => self.function(path, &unit(dimension), function),
-            Load::Motion(expression) => self.problems.extend(expression.problems(scene, path, dimension)),
-        }
-    }
-
-    fn function(&mut self, path: &str, unit: &str, function: &TimeFunction) {
-        match function {
-            TimeFunction::Polynomial(coefficients) => match coefficients[..] {
-                [value] => {
-                    self.finite(path, unit, value);
-                }
-                _ => coefficients.iter().enumerate().for_each(|(k, &coefficient)| {
-                    self.finite(
-                        &format!("{path}.coefficients[{k}]"),
-                        &format!("{unit} / s^{k}"),
-                        coefficient,
-                    );
-                }),
-            },
-            TimeFunction::Harmonic { mean, amplitude, angular_frequency, phase } => {
-                self.finite(&format!("{path}.mean"), unit, *mean);
-                self.finite(&format!("{path}.amplitude"), unit, *amplitude);
-                self.finite(&format!("{path}.angular_frequency"), "rad/s", *angular_frequency);
-                self.finite(&format!("{path}.phase"), "rad", *phase);
-            }
-            // The points of a spline and the names of a formula were checked when they were read.
-            TimeFunction::Table(_) | TimeFunction::Formula(_) => {}
         }
     }
 

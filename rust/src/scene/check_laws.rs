@@ -1,4 +1,5 @@
-//! Checks of the laws of contact and friction, of guides with play, slots with pins and stops, and of how these start.
+//! Checks of loads and functions of time, of the laws of contact and friction, of guides with play, slots with pins and
+//! stops, and of how these start.
 
 use crate::contact::film::{FINITE_WIDTHS, Lubricant};
 use crate::contact::formula::{FORCES, Formula, SPEEDS};
@@ -7,10 +8,12 @@ use crate::contact::normal::{Damping, NormalLaw};
 use crate::contact::pair::SlidingVelocity;
 use crate::contact::sticking::StickSlip;
 use crate::error::{Problem, refused};
+use crate::expression::dimension::{Dimension, unit};
 use crate::scene::check::Checker;
 use crate::scene::functions::BUSHING;
-use crate::scene::loads::Expression;
+use crate::scene::loads::{Expression, Load};
 use crate::scene::parts::{GuideShape, Joint, Scene, Start};
+use crate::scene::time_function::TimeFunction;
 
 /// Penetrations at which a formula is looked at, as parts of the size of the mechanism.
 const DEPTHS: [f64; 4] = [1e-9, 1e-7, 1e-5, 1e-3];
@@ -136,6 +139,39 @@ impl Checker {
             if is_wrong {
                 self.add(format!("{path}.{field}"), format!("{problem}, in a bearing with a profile"));
             }
+        }
+    }
+
+    /// Checks a force or torque of the given dimension.
+    pub(super) fn load(&mut self, scene: &Scene, path: &str, dimension: Dimension, load: &Load) {
+        match load {
+            Load::Time(function) => self.function(path, &unit(dimension), function),
+            Load::Motion(expression) => self.problems.extend(expression.problems(scene, path, dimension)),
+        }
+    }
+
+    pub(super) fn function(&mut self, path: &str, unit: &str, function: &TimeFunction) {
+        match function {
+            TimeFunction::Polynomial(coefficients) => match coefficients[..] {
+                [value] => {
+                    self.finite(path, unit, value);
+                }
+                _ => coefficients.iter().enumerate().for_each(|(k, &coefficient)| {
+                    self.finite(
+                        &format!("{path}.coefficients[{k}]"),
+                        &format!("{unit} / s^{k}"),
+                        coefficient,
+                    );
+                }),
+            },
+            TimeFunction::Harmonic { mean, amplitude, angular_frequency, phase } => {
+                self.finite(&format!("{path}.mean"), unit, *mean);
+                self.finite(&format!("{path}.amplitude"), unit, *amplitude);
+                self.finite(&format!("{path}.angular_frequency"), "rad/s", *angular_frequency);
+                self.finite(&format!("{path}.phase"), "rad", *phase);
+            }
+            // The points of a spline and the names of a formula were checked when they were read.
+            TimeFunction::Table(_) | TimeFunction::Formula(_) => {}
         }
     }
 

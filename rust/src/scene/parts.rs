@@ -84,10 +84,8 @@ pub(crate) fn extent(points: impl Iterator<Item = [f64; 2]>) -> f64 {
 
 /// Length scale [m]: the largest distance of points of a body or ground; a joint's radius if all coincide; or else 1 m.
 pub(crate) fn length_scale(scene: &Scene) -> f64 {
-    let mut length = extent(scene.ground.iter().map(|point| point.position));
-    for body in &scene.bodies {
-        length = length.max(body.extent());
-    }
+    let ground = extent(scene.ground.iter().map(|point| point.position));
+    let mut length = scene.bodies.iter().map(Body::extent).fold(ground, f64::max);
     for joint in &scene.joints {
         match joint {
             Joint::Clearance { journal_radius: size, .. }

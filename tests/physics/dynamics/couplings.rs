@@ -159,11 +159,11 @@ fn wheels(case: &Case) -> Vec<Wheel> {
     revolutes.flat_map(both).collect()
 }
 
-/// Teeth that can be, with the names of driven and driver and of the body against which they count, and their coordinates.
-fn teeth(
-    case: &Case,
-    random: &mut Random,
-) -> Option<(Teeth, [String; 2], Option<usize>, [CartesianConstraint; 2])> {
+/// Teeth, with the names of driven and driver and of the body against which they count, and their coordinates.
+type MeshedWheels = (Teeth, [String; 2], Option<usize>, [CartesianConstraint; 2]);
+
+/// Those that can be.
+fn teeth(case: &Case, random: &mut Random) -> Option<MeshedWheels> {
     let wheels = wheels(case);
     let first = wheels[random.index(wheels.len().max(1)).min(wheels.len().checked_sub(1)?)].clone();
     let angle_of = |wheel: &Wheel| CartesianConstraint {

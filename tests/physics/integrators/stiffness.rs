@@ -250,8 +250,9 @@ fn stiff_problems_without_a_contact_cost_no_more_than_by_a_rosenbrock_method() {
 
 #[test]
 fn the_stiffness_of_a_step_is_its_length_times_the_fastest_rate() {
+    type Derivatives = fn(f64, f64, f64) -> [f64; 3];
     // q̈ = -stiffness q - damping q̇ + cos t.
-    let derivatives: [fn(f64, f64, f64) -> [f64; 3]; 3] = [
+    let derivatives: [Derivatives; 3] = [
         |t, _, _| [0.0, -300.0, -t.sin()],
         |t, _, _| [-1.0, -2e4, -t.sin()],
         |t, _, _| [-9e4, 0.0, -t.sin()],

@@ -129,7 +129,7 @@ fn begin_at_ends(motion: &mut Motion, index: usize) {
     if let (Surfaces::Face(face), Some(neighbor)) = (&slot.law.surfaces, &slot.neighbor)
         && index < neighbor.slot
     {
-        let [[ahead, _], _] = motion.dynamics.ends_ahead(slot, &face, neighbor);
+        let [[ahead, _], _] = motion.dynamics.ends_ahead(slot, face, neighbor);
         let beyond = if ahead < 0.0 { index } else { neighbor.slot };
         motion.dynamics.phases[beyond] = Phase::Beyond;
     }
