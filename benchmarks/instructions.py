@@ -127,10 +127,10 @@ def main() -> None:
             settings = common | {"method": method, "rtol": rtol}
             _print(name, count(binary, scene, functions=arguments.functions, **settings))
     print("\nfive scenes, rtol 1e-6, 2 samples")
-    for name, (scene, duration) in scenes().items():
+    for name, (one, duration) in scenes().items():
         for method in METHODS:
             settings = {"duration": duration, "samples": 2, "method": method, "rtol": 1e-6}
-            _print(f"{name} {method}", count(binary, scene, functions=arguments.functions, **settings))
+            _print(f"{name} {method}", count(binary, one, functions=arguments.functions, **settings))
     print("\nwhat the samples cost: corrected, dop853, 1e-6")
     settings = {"duration": DURATION, "method": "dop853", "rtol": 1e-6}
     asked = {"2 columns": ASKED, "2 with accelerations": ["slider.ax", "rod.ax"], "all usual columns": None}
