@@ -2,7 +2,6 @@
 
 import dataclasses
 import hashlib
-import importlib.util
 import json
 import math
 import random
@@ -12,6 +11,8 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import chebclear as cc
+import extremes
+import long_run
 import numpy as np
 import pytest
 from chebclear import _core
@@ -20,19 +21,6 @@ from chebclear.scene.structure import FlatScene, Structures
 ROOT = Path(__file__).parents[3]
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
-
-
-def load(name):
-    """A script of benchmarks/ as a module."""
-    spec = importlib.util.spec_from_file_location(name, ROOT / "benchmarks" / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-extremes = load("extremes")
-long_run = load("long_run")
 
 
 def is_honest(run):

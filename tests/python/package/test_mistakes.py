@@ -288,7 +288,7 @@ def test_another_speed_that_goes_on_from_there():
     (drive,) = faster.drives
     # 50 t until 0.01 s, from there on 80 rad/s.
     drive = dataclasses.replace(drive, angle=drive.angle + (50.0 - 80.0) * 0.01)
-    with pytest.warns(cc.ChebclearWarning, match=r"drives\[0\].speed.*50.*80"):
+    with pytest.warns(cc.ChebclearWarning, match=r"drives\.drive\.speed: 50, now 80"):
         more = cc.simulate(
             dataclasses.replace(faster, drives=[drive]), duration=0.01, samples=11, start=run.end
         )
@@ -362,7 +362,7 @@ def test_the_angle_of_a_pin_is_no_displacement():
 
 def test_a_worn_bearing_is_no_other_mechanism():
     run = cc.simulate(MECHANISMS.slider_crank(clearance=2e-5), duration=0.01, samples=11)
-    with pytest.warns(cc.ChebclearWarning, match=r"joints\[3\].clearance.*2e-05.*2.1e-05"):
+    with pytest.warns(cc.ChebclearWarning, match=r"joints\.wrist\.clearance: 2e-05, now 2.1e-05"):
         worn = cc.simulate(
             MECHANISMS.slider_crank(clearance=2.1e-5), duration=1e-3, samples=11, start=run.end
         )
