@@ -377,8 +377,9 @@ class JournalFriction(Part):
     """Dry friction in a pin joint without clearance: a torque in proportion to its reaction.
 
     It is at most ``μ' r |R|`` under the reaction R. μ' = μ / √(1 + μ²) is the limit of a bearing of vanishing
-    clearance, where R is the resultant of normal force and friction. The joint sticks below that torque and slides at it; events name where it begins to
-    (``"stick"``, ``"slip"``). It does not creep: what sticks moves by less than the tolerance of the run.
+    clearance, where R is the resultant of normal force and friction. The joint sticks below that torque and
+    slides at it; events name where it begins to (``"stick"``, ``"slip"``). It does not creep: what sticks
+    moves by less than the tolerance of the run.
     Reaction and friction are solved for together; where they have two solutions or none, a journal larger
     than the arm of its load, the run ends as ``"friction_indeterminate"``. Source: the limit of
     `ClearanceRevolute` with Coulomb friction.
@@ -401,10 +402,11 @@ class JournalFriction(Part):
 class GuideFriction(Part):
     """Dry friction in a guide without clearance: a force in proportion to its reaction.
 
-    It is at most ``μ max(|N|, |P| / a)``. N is the force across the guide, P the moment about point b, the
-    middle of a block of length 2a, which only its ends carry; friction acts along the line through it. Otherwise as `JournalFriction`: a block
-    that is pushed beyond a / μ beside this line locks, and one whose mass lies beyond a / μ jams
-    (``"friction_indeterminate"``). Source: the limit of `ClearancePrismatic` with Coulomb friction.
+    It is at most ``μ max(|N|, |P| / a)``. N is the force across the guide, P the moment about point b,
+    the middle of a block of length 2a, which only its ends carry; friction acts along the line through
+    it. Otherwise as `JournalFriction`: a block that is pushed beyond a / μ beside this line locks, and
+    one whose mass lies beyond a / μ jams (``"friction_indeterminate"``). Source: the limit of
+    `ClearancePrismatic` with Coulomb friction.
 
     Parameters
     ----------
