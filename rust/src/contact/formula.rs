@@ -153,7 +153,7 @@ impl ContactLaw {
 
     /// The state in a bearing by a law that is a formula.
     #[inline(never)]
-    pub(crate) fn by_formula<S: Scalar>(&self, motion: &RelativeMotion<S>, phase: Phase) -> ContactState<S> {
+    pub(super) fn by_formula<S: Scalar>(&self, motion: &RelativeMotion<S>, phase: Phase) -> ContactState<S> {
         match self.geometry(motion) {
             Some(geometry) => self.forces::<S, true, true>(geometry, motion.spin, phase),
             None => self.in_bearing::<S, false>(motion, phase),

@@ -423,17 +423,6 @@ impl Dynamics<'_> {
     /// The same of less common kinds.
     #[inline(never)]
     fn add_contact_aside(&self, slot: &ContactSlot, phase: &Phase, forces: &mut [f64]) -> SlotContact {
-        if let (&Surfaces::Bearing { bearing_radius, journal_radius }, None) =
-            (&slot.law.surfaces, slot.law.stick_slip())
-        {
-            let ends = self.slot_ends(slot);
-            let motion = self.motion_in_bearing(slot, &ends);
-            let state = slot.law.by_formula(&motion, *phase);
-            let moments = [bearing_radius * state.friction_force, journal_radius * state.friction_force];
-            let positions = [ends[0].position, ends[1].position];
-            self.add_pair(slot.points, positions, state.force.into(), moments, forces);
-            return SlotContact { motion, state };
-        }
         let contact = self.contact_of(slot, *phase);
         if let Some(backlash) = self.backlash_of(slot) {
             self.add_flank(backlash, &contact.state, forces);
