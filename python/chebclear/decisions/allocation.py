@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -15,12 +13,12 @@ from numpy.random import Generator
 
 from ..base.named import Named
 from ..base.prefixes import format_quantity
-from ..base.shown import Shown, listed
+from ..base.shown import Shown, capital, listed
 from ..base.tables import format_table
 from ..errors import ArgumentTypeError
 from ..report import html
 from ..report.document import Document, Picture, Section, Table
-from ..run.notices import Notice, issue
+from ..run.notices import Notice, WithNotices, issue
 from ..run.report import version_fact, warnings_section
 from ..scene.distributions import Distribution
 from ..scene.scene import Interval
@@ -66,7 +64,7 @@ class Tolerance(Shown):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Allocation(Named[Tolerance]):
+class Allocation(WithNotices, html.Reported, Named[Tolerance]):
     """The cheapest tolerances that keep requirements; see `allocate`.
 
     Attributes
@@ -165,30 +163,15 @@ class Allocation(Named[Tolerance]):
         }
         return [f"{name}: limits wider by {one} save 1 % of the cost" for name, one in wider.items()]
 
-    def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
-        """Write a report: one HTML file that needs no network.
-
-        Parameters
-        ----------
-        path : path
-            The file; ``.html`` is appended if there is no suffix. An existing file is replaced.
-        title : str, optional
-            The heading: the question in words.
-
-        Returns
-        -------
-        Path
-            The file written.
-        """
-        words = _WORDS[self.status]
-        found = f"{words[0].upper()}{words[1:]}"
+    def _document(self, title: str | None) -> Document:
+        found = capital(_WORDS[self.status])
         picture = Picture("By how much each tolerance was closed or opened.", partial(_draw, self))
         spread = [
             Picture(f"How the mechanisms are spread about the limits of {name}.", partial(_draw, one))
             for name, one in self.verified.items()
             if name != "all" or len(self.verified) == 1
         ]
-        document = Document(
+        return Document(
             title=title or "Which tolerances cost least and keep the requirements?",
             facts=[f"{self.runs} runs", version_fact()],
             answer=[
@@ -201,10 +184,9 @@ class Allocation(Named[Tolerance]):
             sections=[
                 Section("How the tolerances change", [picture]),
                 *([Section("In specification or not", spread)] if spread else []),
-                *warnings_section(list(map(str, self.notices))),
+                *warnings_section(self.warnings),
             ],
         )
-        return html.write(document, path)
 
     def _repr_html_(self) -> str:
         return html.fragment(_WORDS[self.status], [self.table, self.verified.table])

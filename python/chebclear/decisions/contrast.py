@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING
 from zlib import crc32
 
@@ -24,7 +22,7 @@ from ..execution.failures import AllFailedError
 from ..report import html
 from ..report.document import Document, Items, Picture, Section, Table
 from ..run.continuation import changes
-from ..run.notices import Notice, issue
+from ..run.notices import Notice, WithNotices, issue
 from ..run.report import version_fact, warnings_section
 from ..scene.distributions import Distribution
 from ..scene.scene import Interval
@@ -154,7 +152,7 @@ class ShareDifference(Shown):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Contrast(Named["Difference | ShareDifference"]):
+class Contrast(WithNotices, html.Reported, Named["Difference | ShareDifference"]):
     """Two designs compared in pairs; see `contrast`.
 
     Attributes
@@ -214,21 +212,7 @@ class Contrast(Named["Difference | ShareDifference"]):
         head = ["requirement", "first", "second", "difference [points]", "between", "pairs"]
         return Table("Shares in specification", head, rows)
 
-    def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
-        """Write a report: one HTML file that needs no network.
-
-        Parameters
-        ----------
-        path : path
-            The file; ``.html`` is appended if there is no suffix. An existing file is replaced.
-        title : str, optional
-            The heading: the question in words.
-
-        Returns
-        -------
-        Path
-            The file written.
-        """
+    def _document(self, title: str | None) -> Document:
         both: list[Difference | ShareDifference] = [*self.requirements.values(), *self.features.values()]
         unknown = [one.name for one in both if one.lower <= 0.0 <= one.upper]
         doubts = [f"The runs do not show whether the designs differ in {in_a_sentence(unknown)}."]
@@ -237,7 +221,7 @@ class Contrast(Named["Difference | ShareDifference"]):
             Picture(f"How the differences of {name} are spread. {one}.", partial(_draw, one))
             for name, one in self.features.items()
         ]
-        document = Document(
+        return Document(
             title=title or "Is the second design better?",
             facts=[f"intervals with {100.0 * both[0].confidence:g} % confidence", version_fact()],
             answer=[f"{one}." for one in both if one.name not in unknown] or ["The runs show no difference."],
@@ -246,10 +230,9 @@ class Contrast(Named["Difference | ShareDifference"]):
             sections=[
                 Section("What differs in the two designs", [Items(self.changes or ["nothing"])]),
                 *([Section("How the differences are spread", pictures)] if pictures else []),
-                *warnings_section(list(map(str, self.notices))),
+                *warnings_section(self.warnings),
             ],
         )
-        return html.write(document, path)
 
     def __repr__(self) -> str:
         return f"<Contrast: {listed(self._names, most=4)}>"

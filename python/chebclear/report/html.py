@@ -6,6 +6,7 @@ import base64
 import hashlib
 import os
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from functools import partial
 from importlib.resources import files
@@ -40,6 +41,33 @@ class ReportFile(_Path):
 
     def _repr_html_(self) -> str:
         return framed(self.read_text(encoding="utf-8"), self.name)
+
+
+class Reported(ABC):
+    """Base of results that have a report."""
+
+    @abstractmethod
+    def _document(self, title: str | None) -> Document:
+        """What the report says."""
+
+    def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
+        """Write a report: one HTML file that needs no network.
+
+        That of a study simulates the nominal run once more, for the moving drawing.
+
+        Parameters
+        ----------
+        path : path
+            The file; ``.html`` is appended if there is no suffix. An existing file is replaced.
+        title : str, optional
+            The heading: the question in words.
+
+        Returns
+        -------
+        Path
+            The file written.
+        """
+        return write(self._document(title), path)
 
 
 def as_html(document: Document, pictures: Path | None = None) -> str:

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import os
 from collections.abc import Mapping, Sequence, ValuesView
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, Self, get_type_hints, overload
 
 import numpy as np
@@ -23,6 +21,7 @@ from ..errors import ArgumentError, UnknownNameError
 from ..execution.counts import STATS, Costs
 from ..execution.failures import FailedRun, count_failed
 from ..report import html
+from ..report.document import Document
 from ..run.names import column_index
 from ..run.notices import Notice, WithNotices
 from ..run.settings import Settings
@@ -55,7 +54,7 @@ _SAVED = (
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"):
+class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band], kind="study"):
     """The bands of all outputs of a study; ``result["slider.vx"]`` is the `Band` of that output.
 
     A mapping from the names of the outputs to their bands: ``in``, ``len``, ``keys()``, ``items()`` and
@@ -359,24 +358,8 @@ class StudyResult(WithNotices, records.Saved, Exports, Named[Band], kind="study"
         """
         return study_dataset(self)
 
-    def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
-        """Write a report of the study: one HTML file that needs no network.
-
-        For the moving drawing the nominal run is simulated once more.
-
-        Parameters
-        ----------
-        path : path
-            The file; ``.html`` is appended if there is no suffix. An existing file is replaced.
-        title : str, optional
-            The heading: the question in words.
-
-        Returns
-        -------
-        Path
-            The file written.
-        """
-        return html.write(study_document(self, title), path)
+    def _document(self, title: str | None) -> Document:
+        return study_document(self, title)
 
     def _contents(self) -> records.Contents:
         empty = np.empty((len(self.parameters) + 1, len(self.t), 0))

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,7 +18,7 @@ from ..base.units import unit
 from ..data.dataset import Dataset, numbered
 from ..data.exports import Exports
 from ..report import html
-from ..report.document import Table
+from ..report.document import Document, Table
 from ..run.notices import Notice, WithNotices
 from .report import costs_document
 
@@ -104,7 +102,7 @@ class StudyRecommendation(records.ArrayRecord):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StudyTradeoff(WithNotices, records.Saved, Exports, kind="study tradeoff"):
+class StudyTradeoff(WithNotices, html.Reported, records.Saved, Exports, kind="study tradeoff"):
     """Accuracy against cost of the bounds of a study.
 
     The reference is the hull of all runs together: an inner bound, whose quality `reference_change` shows.
@@ -295,22 +293,8 @@ class StudyTradeoff(WithNotices, records.Saved, Exports, kind="study tradeoff"):
         for point in self.points:
             records.sound(point, **dict.fromkeys(_BY_OUTPUT, count))
 
-    def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
-        """Write a report: one HTML file that needs no network and runs no scripts.
-
-        Parameters
-        ----------
-        path : path
-            Where to; ``.html`` is appended if there is no suffix. An existing file is replaced.
-        title : str, optional
-            The heading: the question in words.
-
-        Returns
-        -------
-        Path
-            The file written.
-        """
-        return html.write(costs_document(self, title), path)
+    def _document(self, title: str | None) -> Document:
+        return costs_document(self, title)
 
     def plot(self, output: str | None = None, *, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw width errors against runs; see `plot_study_tradeoff`.

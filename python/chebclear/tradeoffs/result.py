@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -23,7 +21,7 @@ from ..data.dataset import Dataset, numbered
 from ..data.exports import Exports
 from ..errors import ArgumentTypeError, UnknownNameError
 from ..report import html
-from ..report.document import Table
+from ..report.document import Document, Table
 from ..run.accuracy import HORIZON_PART
 from ..run.names import column_index
 from ..run.notices import Notice, WithNotices
@@ -45,7 +43,7 @@ _SHOWN = 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tradeoff(WithNotices, records.Saved, Exports, kind="tradeoff"):
+class Tradeoff(WithNotices, html.Reported, records.Saved, Exports, kind="tradeoff"):
     """Accuracy against cost of one scene; ``result["rodas4", 1e-6]`` is that `TradeoffPoint`.
 
     Errors are differences from the run `reference`. Its own error is estimated by `check`, a run of another
@@ -354,22 +352,8 @@ class Tradeoff(WithNotices, records.Saved, Exports, kind="tradeoff"):
 
         return plot_costs.plot_tradeoff(self, output, ax=ax, **options)
 
-    def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
-        """Write a report: one HTML file that needs no network and runs no scripts.
-
-        Parameters
-        ----------
-        path : path
-            Where to; ``.html`` is appended if there is no suffix. An existing file is replaced.
-        title : str, optional
-            The heading.
-
-        Returns
-        -------
-        Path
-            The file written.
-        """
-        return html.write(tradeoff_document(self, title), path)
+    def _document(self, title: str | None) -> Document:
+        return tradeoff_document(self, title)
 
     def _check_shapes(self) -> None:
         count = len(self.outputs)
