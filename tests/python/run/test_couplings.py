@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from chebclear.errors import SceneError
 from chebclear.motions import Coupling, Harmonic, Motion, Speed, Table
+from scipy.optimize import brentq
 
 G = 9.81
 METHODS = ("dop853", "adams", "rodas4", "rodas5p", "auto")
@@ -170,6 +171,52 @@ def test_the_force_of_a_cam_is_that_of_its_law(method, law, tolerance):
         assert run["cam.driver_torque"] == pytest.approx(-slope * run["cam.force"], abs=tolerance)
     assert driven["motor.torque"] == pytest.approx(-driven["cam.driver_torque"], abs=1e-12)
     assert abs(free["energy.balance"]).max() < 1e-7 * abs(free["energy.total"]).max()
+
+
+@pytest.mark.parametrize("method", ("dop853", "auto"))
+def test_a_valve_leaves_the_tappet_of_its_cam_where_the_spring_is_too_weak(method):
+    lift, mass, stiffness, preload, speed = 0.01, 0.1, 2e3, 10.0, 300.0
+    bodies = [cc.Body("cam", 0.5, 2e-4), cc.Body("tappet", 0.05, 1e-5), cc.Body("valve", mass, 1e-5)]
+    contact = cc.laws.ExactRestitution(stiffness=1e11, restitution=0.6)
+    joints = [
+        cc.Revolute("shaft", "ground", "cam"),
+        cc.Prismatic("bore", "ground", "tappet", axis=(0.0, 1.0)),
+        cc.Prismatic("guide", "ground", "valve", axis=(0.0, 1.0)),
+        cc.Stop("flank", "tappet", "valve", normal=(0.0, 1.0), contact=contact),
+    ]
+    rest = 0.1 + preload / stiffness
+    scene = cc.Scene(
+        bodies,
+        joints,
+        [cc.Spring("spring", "ground.top", "valve", stiffness=stiffness, length=rest)],
+        [Speed("motor", "shaft", speed)],
+        ground={"top": (0.0, 0.1)},
+        couplings=[Coupling("law", "bore.displacement", "shaft.angle", f"{lift}*(1 - cos(shaft.angle))")],
+    )
+    run = cc.simulate(scene, duration=0.03, samples=2, method=method, rtol=1e-8)
+
+    def height(time):
+        return lift * (1.0 - math.cos(speed * time))
+
+    # A rigid flank carries what the spring presses and the acceleration needs; without it the valve swings.
+    leaves = brentq(
+        lambda time: preload + stiffness * height(time) + mass * lift * speed**2 * math.cos(speed * time),
+        0.0,
+        math.pi / speed,
+    )
+    frequency, rate = math.sqrt(stiffness / mass), lift * speed * math.sin(speed * leaves)
+
+    def gap(time):
+        angle = frequency * (time - leaves)
+        swing = (height(leaves) + preload / stiffness) * math.cos(angle)
+        return swing + rate / frequency * math.sin(angle) - preload / stiffness - height(time)
+
+    lands = brentq(gap, 0.015, 0.03)
+    separation, onset = run.events[:2]
+    assert (separation.kind, onset.kind) == ("separation", "onset")
+    # The flank parts from its vibration without an impact, which takes a moment.
+    assert separation.time == pytest.approx(leaves, abs=0.01 / speed)
+    assert onset.time == pytest.approx(lands, abs=1e-3 / speed)
 
 
 @pytest.mark.parametrize("lowest", [1e-3, 1e-5, 1e-7])
