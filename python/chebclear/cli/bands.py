@@ -10,24 +10,23 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ..base.writing import complete_folder
-from ..decisions.allocation import Allocation
-from ..decisions.contrast import Contrast
-from ..decisions.identification import Identification
-from ..decisions.measured import Agreement
-from ..execution.plan import Plan
 from ..report import html
 from ..report.document import Items, Picture, Section
 from ..study.report.document import study_document
 from ..study.report.extent import extent
 from ..study.report.summary import findings, suggestions
-from ..study.requirements.conformance import Conformance
-from ..study.results import StudyResult
 from .figures import draw_each
 from .output import Rows, print_json, write_table
 from .scenes import hint
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from ..decisions.identification import Identification
+    from ..decisions.measured import Agreement
+    from ..execution.plan import Plan
+    from ..study.requirements.conformance import Conformance
+    from ..study.results import StudyResult
 
 EXIT_NOT_MET = 3
 # Which verdicts a requirement accepts.
@@ -124,7 +123,8 @@ def finish(
                 write_table(fit.rows, folder, "measured")
                 document = dataclasses.replace(document, sections=[fit.section, *document.sections])
             html.write(document, folder / "report.html", pictures=folder)
-    accepted = DEMANDS.get(options.require, ())
+    require = getattr(options, "require", None) or ""
+    accepted = DEMANDS.get(require, ())
     poor = [row["output"] for row in table if accepted and row["verdict"] not in accepted]
     if options.json:
         print_json(
@@ -153,7 +153,7 @@ def finish(
     if options.out is not None:
         print(f"wrote    {options.out / 'report.html'} and more beside it")
     if poor:
-        print(f"not {options.require}: {', '.join(poor)}")
+        print(f"not {require}: {', '.join(poor)}")
         return EXIT_NOT_MET
     if options.out is None:
         hint(options, f"chebclear {options.command} FILE --out results")
@@ -175,7 +175,7 @@ def hand_over(
             for table, rows in tables.items():
                 write_table(rows, folder, table)
             (folder / main).write_text(f"{found}\n", encoding="utf-8")
-            if isinstance(found, Contrast | Allocation):
+            if isinstance(found, html.Reported):
                 main = found.report(folder / "report.html").name
             draw_each(plots, folder)
     if options.json:

@@ -1,8 +1,4 @@
-"""The program from its first moment to its last, so that Ctrl-C is answered at all of them.
-
-Nothing of the package is imported before: that takes half a second, in which an interrupt would end in a
-traceback.
-"""
+"""The program from its first moment to its last, so that Ctrl-C is answered at all of them."""
 
 from __future__ import annotations
 
@@ -10,13 +6,13 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
-from types import FrameType
 
 from .ending import EXIT_INTERRUPTED, EXIT_TERMINATED
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line of these words, or of the process, in this process; the exit code."""
+    # Here, where an interrupt is answered.
     from .program import main as run
 
     return run(arguments)
@@ -27,16 +23,7 @@ def run_process() -> int:
     # Pictures are only written to files: what a notebook or a terminal shows them with does not matter here.
     os.environ["MPLBACKEND"] = "agg"
     try:
-        # One that is ignored, as in a job in the background, stays so.
-        answered = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-        if answered:
-            # Nothing has begun that must end in order, and libraries under way may keep an exception.
-            signal.signal(signal.SIGINT, _leave)
-        from . import program
-
-        if answered:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
-        code = program.main()
+        code = main()
         if code in (EXIT_INTERRUPTED, EXIT_TERMINATED):
             # All that must be closed is closed, and taking down large libraries would take as long again.
             sys.stderr.flush()
@@ -49,8 +36,3 @@ def run_process() -> int:
     finally:
         # What is done is done: the process only has to leave, which takes some hundredths of a second.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
-def _leave(number: int, frame: FrameType | None) -> None:
-    os.write(2, b"chebclear: interrupted\n")
-    os._exit(EXIT_INTERRUPTED)

@@ -1,144 +1,84 @@
-"""Arguments that several commands share, and the types of their values."""
+"""What a command takes, as a table: its options, the kinds of their values, and those of several commands."""
 
 from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, NamedTuple
 
 from ..execution.options import MOST_THREADS
 from ..run.settings import LEAST_RTOL, METHODS, MOST_RTOL
 
-Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
-Command: TypeAlias = argparse.ArgumentParser
+
+class Kind(NamedTuple):
+    """A kind of values: what usage calls one, and what reads it."""
+
+    metavar: str
+    read: Callable[[str], Any] = str
 
 
-def new_command(
-    commands: Commands,
-    name: str,
-    run: Callable[[argparse.Namespace], int],
-    words: str,
-    description: str,
-    example: str,
-) -> Command:
-    """A command with its one-line and its full description, an example, and what every command takes."""
-    command = commands.add_parser(
-        name,
-        help=words,
-        description=description,
-        epilog=f"example:\n  {example}",
-        formatter_class=_Formatter,
-        # "--out" would be taken for "--outputs", and an abbreviation breaks when an option is added.
-        allow_abbrev=False,
-    )
-    command.set_defaults(run=run, usage_error=command.error)
-    every = command.add_argument_group("options of every command")
-    every.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
-    every.add_argument(
-        "--quiet", action="store_true", help="neither progress nor warnings on standard error, no hints"
-    )
-    return command
+@dataclass(frozen=True)
+class Option:
+    """An argument of a command."""
+
+    name: str
+    """``"--out"``, or ``"scene"`` of one that is given by its place."""
+    kind: Kind | Sequence[str] | None
+    """What it takes: a kind of values, one of some words, or nothing."""
+    help: str
+    """What it does; its default is added."""
+    default: Any = None
+    """What holds without it."""
+    dest: str | None = None
+    """The name of its value, if not its own."""
+    nargs: str | None = None
+    """How many values, if not one, as argparse has it."""
+    metavar: str | None = None
+    """What usage calls one of some words, if not by all of them."""
+    repeated: bool = False
+    """Whether it may be given again."""
+
+    def add_to(self, command: argparse.ArgumentParser) -> None:
+        """Let a command take it."""
+        given: dict[str, Any] = {"help": self.help, "default": self.default}
+        if self.default is not None:
+            given["help"] += " (default: %(default)s)"
+        if self.kind is None:
+            command.add_argument(self.name, action="store_true", help=self.help)
+            return
+        if isinstance(self.kind, Kind):
+            given |= {"type": self.kind.read, "metavar": self.kind.metavar}
+        else:
+            given["choices"] = list(self.kind)
+        optional = {"dest": self.dest, "nargs": self.nargs, "metavar": self.metavar}
+        given |= {name: value for name, value in optional.items() if value is not None}
+        if self.repeated:
+            given |= {"action": "append", "default": []}
+        command.add_argument(self.name, **given)
 
 
-class _Formatter(argparse.RawDescriptionHelpFormatter):
-    """Keeps the lines of the example; fills those of the description."""
+@dataclass(frozen=True)
+class Command:
+    """A command: what it does, and what it takes."""
 
-    def _fill_text(self, text: str, width: int, indent: str) -> str:
-        if text.startswith("example:"):
-            return super()._fill_text(text, width, indent)
-        return argparse.HelpFormatter._fill_text(self, text, width, indent)
+    run: Callable[[argparse.Namespace], int]
+    """Runs it; the exit code."""
+    description: str
+    """What it does, in full."""
+    example: str
+    """A command line."""
+    options: Sequence[Option]
+    """What it takes, besides what every command does."""
 
-
-def add_scene(command: Command, *, optional: bool = False) -> None:
-    """The scene file and the values that replace some of its own."""
-    command.add_argument(
-        "scene",
-        nargs="?" if optional else None,
-        type=file,
-        metavar="FILE",
-        help="scene file: TOML, or JSON as Scene.to_json writes it",
-    )
-    command.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        type=assignment,
-        metavar="NAME=VALUE",
-        help="replace a value of the file: a parameter, as in rod_length='130 mm', or any other by its path, "
-        "as in joints.wrist.clearance=2e-4; may be given again",
-    )
-
-
-def add_settings(command: Command, *, single: bool = True, outputs: bool = True) -> None:
-    """Settings that replace those of the table [run]: with method and tolerance if `single`."""
-    command.add_argument(
-        "--duration",
-        metavar="T",
-        help="simulated time [s], or with a unit as in '60 ms' (default: the file's)",
-    )
-    command.add_argument(
-        "--skip", metavar="T", help="time simulated before the first sample [s] (default: the file's, or 0)"
-    )
-    command.add_argument("--samples", metavar="N", help="number of samples (default: the file's, or 1001)")
-    if outputs:
-        command.add_argument(
-            "--outputs",
-            type=words,
-            metavar="A,B",
-            help="outputs of interest, or patterns as 'wrist.*' (default: the file's, or the motion of what "
-            "slides or swings, forces in clearance joints and driving torques)",
-        )
-    if single:
-        command.add_argument("--method", choices=METHODS, help="integrator (default: the file's, or auto)")
-        command.add_argument(
-            "--rtol",
-            type=tolerance,
-            metavar="X",
-            help=f"relative tolerance of the integrator, {LEAST_RTOL:g} to {MOST_RTOL:g} (default: the "
-            "file's, or 1e-6; for kind band of a study 1e-4)",
-        )
-
-
-def add_out(command: Command, files: str) -> None:
-    """The directory for files."""
-    command.add_argument(
-        "--out", type=directory, metavar="DIR", help=f"directory for {files} (default: no files)"
-    )
-
-
-def add_threads(command: Command) -> None:
-    """How many threads simulate."""
-    command.add_argument(
-        "--threads", type=threads, metavar="N", help="threads for the simulations (default: all processors)"
-    )
-
-
-def add_means(command: Command) -> None:
-    """Where the runs of a study are made, how long they may take, and what keeps them."""
-    add_threads(command)
-    command.add_argument(
-        "--store",
-        type=directory,
-        metavar="DIR",
-        help="folder that keeps every finished run: a study that was interrupted goes on from there "
-        "(default: none)",
-    )
-    command.add_argument(
-        "--run-seconds", type=positive, metavar="T", help="time after which a run is given up as failed [s]"
-    )
-    command.add_argument(
-        "--max-seconds",
-        type=positive,
-        metavar="T",
-        help="time after which no further runs are begun [s]; the result is made from those that are done",
-    )
-    command.add_argument(
-        "--plan",
-        action="store_true",
-        help="only say how many runs, how long and how much memory and disk it takes, from a few runs",
-    )
+    def add_to(self, command: argparse.ArgumentParser) -> None:
+        """Make a parser that of this command."""
+        command.description, command.epilog = self.description, f"example:\n  {self.example}"
+        command.set_defaults(run=self.run, usage_error=command.error)
+        for option in self.options:
+            option.add_to(command)
 
 
 def directory(text: str) -> Path:
@@ -223,3 +163,72 @@ def _whole(text: str) -> int:
         return int(text) if text.isascii() else -1
     except ValueError:
         return -1
+
+
+COUNT = Kind("N", count)
+NUMBER = Kind("X", positive)
+SECONDS = Kind("T", positive)
+WORDS = Kind("A,B", words)
+FILE = Kind("FILE", file)
+DIRECTORY = Kind("DIR", directory)
+NAME = Kind("NAME")
+ASSIGNMENT = Kind("NAME=VALUE", assignment)
+TOLERANCE = Kind("X", tolerance)
+
+# The scene file and the values that replace some of its own.
+SCENE = Option("scene", FILE, "scene file: TOML, or JSON as Scene.to_json writes it")
+SET = Option(
+    "--set",
+    ASSIGNMENT,
+    "replace a value of the file: a parameter, as in rod_length='130 mm', or any other by its path, as in "
+    "joints.wrist.clearance=2e-4; may be given again",
+    repeated=True,
+)
+# Settings that replace those of the table [run].
+TIMES = (
+    Option("--duration", Kind("T"), "simulated time [s], or with a unit as in '60 ms' (default: the file's)"),
+    Option("--skip", Kind("T"), "time simulated before the first sample [s] (default: the file's, or 0)"),
+    Option("--samples", Kind("N"), "number of samples (default: the file's, or 1001)"),
+)
+OUTPUTS = Option(
+    "--outputs",
+    WORDS,
+    "outputs of interest, or patterns as 'wrist.*' (default: the file's, or the motion of what slides or "
+    "swings, forces in clearance joints and driving torques)",
+)
+METHOD = (
+    Option("--method", METHODS, "integrator (default: the file's, or auto)"),
+    Option(
+        "--rtol",
+        TOLERANCE,
+        f"relative tolerance of the integrator, {LEAST_RTOL:g} to {MOST_RTOL:g} (default: the file's, or "
+        "1e-6; for kind band of a study 1e-4)",
+    ),
+)
+THREADS = Option("--threads", Kind("N", threads), "threads for the simulations (default: all processors)")
+# Where the runs of a study are made, how long they may take, and what keeps them.
+MEANS = (
+    THREADS,
+    Option(
+        "--store",
+        DIRECTORY,
+        "folder that keeps every finished run: a study that was interrupted goes on from there (default: "
+        "none)",
+    ),
+    Option("--run-seconds", SECONDS, "time after which a run is given up as failed [s]"),
+    Option(
+        "--max-seconds",
+        SECONDS,
+        "time after which no further runs are begun [s]; the result is made from those that are done",
+    ),
+    Option(
+        "--plan",
+        None,
+        "only say how many runs, how long and how much memory and disk it takes, from a few runs",
+    ),
+)
+
+
+def out(files: str) -> Option:
+    """The directory for files."""
+    return Option("--out", DIRECTORY, f"directory for {files} (default: no files)")

@@ -1,51 +1,23 @@
-"""What commands print and where they write: JSON, warnings, tables, complete folders."""
+"""What commands print and where they write: JSON, tables, complete folders."""
 
 from __future__ import annotations
 
 import csv
 import json
 import math
-import sys
-import warnings
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 from ..base.tables import format_number, format_table, markdown_table, shown_by_spreadsheets
 from ..base.writing import complete_folder
-from ..errors import ArgumentError, ChebclearWarning
+from ..errors import ArgumentError
 
 FORMAT = 1
 """Number of the form of the JSON objects that commands print."""
 
 Rows = Sequence[Mapping[str, Any]]
 """A table: the same keys in every row, numbers in full."""
-
-
-@contextmanager
-def plain_warnings(quiet: bool) -> Iterator[None]:
-    """Warnings of the package as plain lines on standard error, each text once; none if quiet."""
-    with warnings.catch_warnings():
-        usual, seen = warnings.showwarning, set[str]()
-        warnings.simplefilter("ignore" if quiet else "always", ChebclearWarning)
-
-        def show(
-            message: Warning | str,
-            category: type[Warning],
-            filename: str,
-            lineno: int,
-            file: TextIO | None = None,
-            line: str | None = None,
-        ) -> None:
-            if not issubclass(category, ChebclearWarning):
-                usual(message, category, filename, lineno, file, line)
-            elif str(message) not in seen:
-                seen.add(str(message))
-                print(f"warning: {message}", file=sys.stderr)
-
-        warnings.showwarning = show
-        yield
 
 
 def print_json(values: Mapping[str, Any]) -> None:

@@ -13,38 +13,59 @@ import shlex
 import sys
 import traceback
 from collections.abc import Sequence
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-from ..base.files import package_version
 from ..errors import ArgumentError, ChebclearError, InputError
-from .commands import (
-    animate,
-    check,
-    completion,
-    conformance,
-    fields,
-    new,
-    paper,
-    report,
-    run,
-    scan,
-    study,
-    tradeoff,
-)
 from .ending import EXIT_INTERRUPTED, EXIT_TERMINATED, Terminated, terminable
-from .output import plain_warnings
-from .show import command as show
-from .streams import shown_streams
+from .streams import plain_warnings, shown_streams
+
+if TYPE_CHECKING:
+    from .options import Command
 
 EXIT_FAILED = 1
 EXIT_BAD_INPUT = 2  # also what argparse uses for bad arguments
 EXIT_DEFECT = 70  # "internal software error" of sysexits.h
 EXIT_UNREAD = 141  # 128 + SIGPIPE, as shells report it
 
-# In the order of the help: as one needs them.
-_COMMANDS = (
-    *(new, fields, check, show, run, study, conformance, scan, tradeoff),
-    *(report, animate, paper, completion),
-)
+# What each command does in a line and the module that has it, imported where it is asked for; in the order of
+# the help: as one needs them.
+_COMMANDS = {
+    "new": ("commands.new", "write a commented scene file of a ready-made mechanism to start from"),
+    "fields": (
+        "commands.fields",
+        "list what may stand in a scene file: tables, types, fields with units and defaults",
+    ),
+    "check": (
+        "commands.check",
+        "check a scene file: its parts, what can move, what looks wrong, a picture",
+    ),
+    "show": ("show.command", "the mechanism in the browser: drag its crank and its parameters"),
+    "run": ("commands.run", "simulate a scene once, at the nominal values of its parameters"),
+    "study": (
+        "commands.study",
+        "how far the outputs move over the intervals of the parameters, and how sure that is",
+    ),
+    "conformance": (
+        "commands.conformance",
+        "what share of mechanisms keeps to the requirements, and how sure that is",
+    ),
+    "contrast": (
+        "commands.conformance",
+        "whether the design of a second file is better, and by how much",
+    ),
+    "allocate": ("commands.conformance", "the tolerances of least cost that keep the requirements"),
+    "scan": ("commands.scan", "simulate on a grid of the parameters: inner bounds of the outputs"),
+    "sweep": (
+        "commands.scan",
+        "at which speeds features of a revolution are large, scatter, or contact is lost",
+    ),
+    "tradeoff": ("commands.tradeoff", "measure accuracy against cost on a scene and recommend a setting"),
+    "report": ("commands.report", "write the report of a saved run, study or tradeoff"),
+    "animate": ("commands.animate", "simulate a scene and show it as a moving picture"),
+    "paper": ("commands.paper", "compute the case study of the paper"),
+    "completion": ("commands.completion", "print the script that completes this command in your shell"),
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -58,9 +79,11 @@ def _run(given: Sequence[str]) -> int:
     options = None
     try:
         try:
-            options = parser().parse_args(given)
-            with terminable(), plain_warnings(options.quiet):
-                return int(options.run(options))
+            with terminable():
+                # The name of a command comes first, and no other one is imported.
+                options = parser(given[:1]).parse_args(given)
+                with plain_warnings(options.quiet):
+                    return int(options.run(options))
         finally:
             # Not left to the end of the process, which could only complain of a closed pipe.
             sys.stdout.flush()
@@ -99,8 +122,8 @@ def _resumed(options: argparse.Namespace | None, given: Sequence[str]) -> str:
     return f"; resume with: {shlex.join(['chebclear', *given])}"
 
 
-def parser() -> argparse.ArgumentParser:
-    """The parser of all commands; completion scripts are made from it."""
+def parser(wanted: Sequence[str] = tuple(_COMMANDS)) -> argparse.ArgumentParser:
+    """The parser of all commands, with what those that are wanted take."""
     made = argparse.ArgumentParser(
         prog="chebclear",
         allow_abbrev=False,
@@ -108,9 +131,37 @@ def parser() -> argparse.ArgumentParser:
         epilog="Exit codes: 0 done, 1 failed, 2 wrong arguments or scene, 3 not as good as --require "
         "asks for, 70 a defect of this program, 130 interrupted.",
     )
-    made.add_argument("--version", action="version", version=f"%(prog)s {package_version()}")
-    made.set_defaults(parser=made)  # for completion
+    made.add_argument("--version", action=_Version, nargs=0, help="show the version of the program and exit")
     commands = made.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for command in _COMMANDS:
-        command.add(commands)
+    for name, (module, words) in _COMMANDS.items():
+        # "--out" would be taken for "--outputs", and an abbreviation breaks when an option is added.
+        command = commands.add_parser(name, help=words, formatter_class=_Formatter, allow_abbrev=False)
+        if name not in wanted:
+            continue
+        known: dict[str, Command] = import_module(f".{module}", __package__).COMMANDS
+        known[name].add_to(command)
+        every = command.add_argument_group("options of every command")
+        every.add_argument("--json", action="store_true", help="print one JSON object and nothing else")
+        every.add_argument(
+            "--quiet", action="store_true", help="neither progress nor warnings on standard error, no hints"
+        )
     return made
+
+
+class _Version(argparse.Action):
+    """Prints the version, which takes as long to find as all else here."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
+        from ..base.files import package_version
+
+        print(f"{parser.prog} {package_version()}")
+        parser.exit()
+
+
+class _Formatter(argparse.RawDescriptionHelpFormatter):
+    """Keeps the lines of the example; fills those of the description."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        if text.startswith("example:"):
+            return super()._fill_text(text, width, indent)
+        return argparse.HelpFormatter._fill_text(self, text, width, indent)

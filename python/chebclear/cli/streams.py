@@ -1,14 +1,15 @@
-"""Standard output and error that take every text: closed ones, ones of few letters, and terminals."""
+"""Standard output and error that take every text: closed ones, ones of few letters, terminals; warnings."""
 
 from __future__ import annotations
 
 import contextlib
 import os
 import sys
+import warnings
 from collections.abc import Iterable, Iterator
 from typing import Any, TextIO, cast
 
-from ..errors import visible
+from ..errors import ChebclearWarning, visible
 
 
 class _Shown:
@@ -46,4 +47,29 @@ def shown_streams() -> Iterator[None]:
 
         stack.enter_context(contextlib.redirect_stdout(shown(sys.stdout, "\t\n")))
         stack.enter_context(contextlib.redirect_stderr(shown(sys.stderr, "\t\n\r")))
+        yield
+
+
+@contextlib.contextmanager
+def plain_warnings(quiet: bool) -> Iterator[None]:
+    """Warnings of the package as plain lines on standard error, each text once; none if quiet."""
+    with warnings.catch_warnings():
+        usual, seen = warnings.showwarning, set[str]()
+        warnings.simplefilter("ignore" if quiet else "always", ChebclearWarning)
+
+        def show(
+            message: Warning | str,
+            category: type[Warning],
+            filename: str,
+            lineno: int,
+            file: TextIO | None = None,
+            line: str | None = None,
+        ) -> None:
+            if not issubclass(category, ChebclearWarning):
+                usual(message, category, filename, lineno, file, line)
+            elif str(message) not in seen:
+                seen.add(str(message))
+                print(f"warning: {message}", file=sys.stderr)
+
+        warnings.showwarning = show
         yield

@@ -2,17 +2,19 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import chebclear as cc
 import pytest
 from public_names import public_names
 
+SCENE = Path(cc.__file__).parent / "templates" / "starters" / "slider_crank.toml"
 LOADED = "import sys, {module}; print(*sys.modules)"
 # Each takes a good part of the time that the whole package does, or more.
 LATE = {"matplotlib", "PIL", "jinja2", "tqdm", "scipy", "pandas", "xarray", "pressfit", "email", "xml"}
 
 
-@pytest.mark.parametrize("module", ["chebclear.run.simulation", "chebclear.cli.program"])
+@pytest.mark.parametrize("module", ["chebclear.run.simulation", "chebclear.cli.commands.study"])
 def test_an_import_loads_no_library_that_is_not_always_needed(module):
     command = [sys.executable, "-W", "error", "-c", LOADED.format(module=module)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
@@ -42,3 +44,13 @@ def test_the_program_can_be_interrupted_before_it_imports_anything():
     own = {name for name in loaded if name.startswith("chebclear")}
     assert own == {"chebclear", "chebclear.cli", "chebclear.cli.entry", "chebclear.cli.ending"}
     assert not {"numpy", "typing", "dataclasses"} & set(loaded)
+
+
+@pytest.mark.parametrize("words", [["--help"], ["fields", "run"], ["check", str(SCENE), "--no-picture"]])
+def test_a_command_loads_only_what_it_needs(words):
+    program = f"import sys; from chebclear.cli import run_process; sys.argv = ['chebclear', *{words!r}]\n"
+    program += "try: run_process()\nfinally: print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True).stdout.split()
+    assert "chebclear.cli.program" in loaded and ("numpy" not in loaded or words != ["--help"])
+    assert not LATE & {name.partition(".")[0] for name in loaded}
+    assert not [name for name in loaded if name.startswith(("chebclear.decisions", "chebclear.tradeoffs"))]

@@ -6,42 +6,11 @@ import argparse
 from pathlib import Path
 
 from ...plots.animation.animate import animate as animated
-from ..options import Commands, add_scene, add_settings, count, directory, new_command
+from ..options import COUNT, DIRECTORY, METHOD, NAME, SCENE, SET, TIMES, Command, Kind, Option
 from ..output import print_json, require_writable
 from ..scenes import progress_of, settings_of, template_of
 
 _KINDS = (".html", ".gif", ".mp4")
-
-
-def add(commands: Commands) -> None:
-    """Add the command."""
-    command = new_command(
-        commands,
-        "animate",
-        animate,
-        "simulate a scene and show it as a moving picture",
-        "Simulate a scene once and write the mechanism in motion, a loose joint magnified beside it with its "
-        "contact force, and a running plot of one output: HTML that plays without network, GIF, or MP4 where "
-        "ffmpeg is found.",
-        "chebclear animate press.toml --to press.gif --joint knee",
-    )
-    add_scene(command)
-    command.add_argument(
-        "--to",
-        type=_picture,
-        metavar="FILE",
-        help="where to: a name that ends in .html, .gif or .mp4 (default: that of the scene file with .html)",
-    )
-    command.add_argument(
-        "--out",
-        type=directory,
-        metavar="DIR",
-        help="directory for it without --to (default: the current one)",
-    )
-    command.add_argument("--output", metavar="NAME", help="the output that is plotted (default: the force)")
-    command.add_argument("--joint", metavar="NAME", help="the loose joint to magnify (default: the first)")
-    command.add_argument("--frames", type=count, default=120, metavar="N", help="pictures (default: 120)")
-    add_settings(command, outputs=False)
 
 
 def animate(options: argparse.Namespace) -> int:
@@ -71,3 +40,29 @@ def _picture(text: str) -> Path:
     if not path.parent.is_dir():
         raise argparse.ArgumentTypeError(f"there is no directory {str(path.parent)!r}")
     return path
+
+
+COMMANDS = {
+    "animate": Command(
+        animate,
+        "Simulate a scene once and write the mechanism in motion, a loose joint magnified beside it with its "
+        "contact force, and a running plot of one output: HTML that plays without network, GIF, or MP4 where "
+        "ffmpeg is found.",
+        "chebclear animate press.toml --to press.gif --joint knee",
+        [
+            SCENE,
+            SET,
+            Option(
+                "--to",
+                Kind("FILE", _picture),
+                "where to: a name that ends in .html, .gif or .mp4 (default: that of the scene file with "
+                ".html)",
+            ),
+            Option("--out", DIRECTORY, "directory for it without --to (default: the current one)"),
+            Option("--output", NAME, "the output that is plotted (default: the force)"),
+            Option("--joint", NAME, "the loose joint to magnify (default: the first)"),
+            Option("--frames", COUNT, "pictures", 120),
+            *(*TIMES, *METHOD),
+        ],
+    )
+}

@@ -13,35 +13,9 @@ from ...scene.parts import ends_of, joints_with_play
 from ...scene.scene import ClearanceRevolute, Scene
 from ...templates.template import Template
 from ..figures import draw_scene
-from ..options import Commands, add_scene, directory, new_command
+from ..options import DIRECTORY, SCENE, SET, Command, Option
 from ..output import print_json, require_writable
 from ..scenes import hint, period_of, template_of
-
-
-def add(commands: Commands) -> None:
-    """Add the command."""
-    command = new_command(
-        commands,
-        "check",
-        check,
-        "check a scene file: its parts, what can move, what looks wrong, a picture",
-        "Read a scene file, report every problem with its line, and describe the mechanism: parts with "
-        "units, degrees of freedom, where loops are cut, numbers that look wrong, parameters with their "
-        "intervals. Nothing is simulated.",
-        "chebclear check press.toml",
-    )
-    add_scene(command)
-    command.add_argument(
-        "--out",
-        type=directory,
-        default=Path("."),
-        metavar="DIR",
-        help="directory for the picture, FILE.png (default: the current one)",
-    )
-    command.add_argument(
-        "--list-outputs", action="store_true", help="list the names of all outputs, with their units"
-    )
-    command.add_argument("--no-picture", action="store_true", help="write no file")
 
 
 def check(options: argparse.Namespace) -> int:
@@ -155,3 +129,21 @@ def _facts(template: Template, scene: Scene, picture: Path | None) -> dict[str, 
         "remarks": _remarks(template, scene),
         "picture": None if picture is None else str(picture),
     }
+
+
+COMMANDS = {
+    "check": Command(
+        check,
+        "Read a scene file, report every problem with its line, and describe the mechanism: parts with "
+        "units, degrees of freedom, where loops are cut, numbers that look wrong, parameters with their "
+        "intervals. Nothing is simulated.",
+        "chebclear check press.toml",
+        [
+            SCENE,
+            SET,
+            Option("--out", DIRECTORY, "directory for the picture, FILE.png", Path(".")),
+            Option("--list-outputs", None, "list the names of all outputs, with their units"),
+            Option("--no-picture", None, "write no file"),
+        ],
+    )
+}

@@ -4,34 +4,21 @@ from __future__ import annotations
 
 import argparse
 
-from ..options import Commands, new_command
+import shtab
+
+from ..options import Command, Option
 from ..output import print_json
+from ..program import parser
 
 # A shell that completes by the scripts of shtab starts no Python (docs/decisions.md).
 _SHELLS = ("bash", "fish", "zsh")
 
 
-def add(commands: Commands) -> None:
-    """Add the command."""
-    command = new_command(
-        commands,
-        "completion",
-        completion,
-        "print the script that completes this command in your shell",
-        "Print a completion script. To keep it: bash, add the output to ~/.bash_completion; fish, write it "
-        "to ~/.config/fish/completions/chebclear.fish; zsh, write it to a file _chebclear in a directory of "
-        "fpath.",
-        'eval "$(chebclear completion bash)"',
-    )
-    command.add_argument("shell", choices=_SHELLS, metavar="SHELL", help="one of %(choices)s")
-
-
 def completion(options: argparse.Namespace) -> int:
     """Run the command."""
-    import shtab
-
-    _describe(options.parser)
-    text = shtab.complete(options.parser, shell=options.shell).rstrip()
+    made = parser()
+    _describe(made)
+    text = shtab.complete(made, shell=options.shell).rstrip()
     if options.json:
         print_json({"shell": options.shell, "script": text + "\n"})
     else:
@@ -39,11 +26,9 @@ def completion(options: argparse.Namespace) -> int:
     return 0
 
 
-def _describe(parser: argparse.ArgumentParser) -> None:
+def _describe(program: argparse.ArgumentParser) -> None:
     """Name the arguments that are files or directories, and describe each command in a line."""
-    import shtab
-
-    for action in parser._actions:
+    for action in program._actions:
         if action.metavar in ("FILE", "DIR"):
             vars(action)["complete"] = shtab.FILE if action.metavar == "FILE" else shtab.DIRECTORY
         if isinstance(action, argparse._SubParsersAction):
@@ -52,3 +37,15 @@ def _describe(parser: argparse.ArgumentParser) -> None:
                 # The description of a command's own help takes several lines.
                 command.description = lines[name]
                 _describe(command)
+
+
+COMMANDS = {
+    "completion": Command(
+        completion,
+        "Print a completion script. To keep it: bash, add the output to ~/.bash_completion; fish, write it "
+        "to ~/.config/fish/completions/chebclear.fish; zsh, write it to a file _chebclear in a directory of "
+        "fpath.",
+        'eval "$(chebclear completion bash)"',
+        [Option("shell", _SHELLS, f"one of {', '.join(_SHELLS)}", metavar="SHELL")],
+    )
+}

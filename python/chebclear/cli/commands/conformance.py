@@ -11,124 +11,10 @@ from ...decisions.contrast import Difference, contrast as compare_designs
 from ...study.requirements.conformance import Share
 from ...templates.reader import load
 from ..bands import EXIT_NOT_MET, hand_over, share_rows
-from ..options import Commands, add_means, add_out, add_scene, add_settings, count, new_command, positive
+from ..options import COUNT, MEANS, METHOD, NUMBER, SCENE, SET, TIMES, Command, Kind, Option, out
 from ..output import require_writable
 from ..plans import plan_of
 from ..scenes import changes_of, study_settings, template_of
-
-
-def add(commands: Commands) -> None:
-    """Add the command."""
-    command = new_command(
-        commands,
-        "conformance",
-        conformance,
-        "what share of mechanisms keeps to the requirements, and how sure that is",
-        "Draw mechanisms from the distributions of the parameters, simulate them, and print, for every entry "
-        "of the table [requirements], the share that keeps to it, with an exact interval. Parameters are "
-        "drawn that have a distribution; of those that are only intervals, the nominal values, the corners "
-        "and points inside are taken, and the smallest and the largest share are reported.",
-        "chebclear conformance examples/toggle_press.toml --runs 2000",
-    )
-    add_scene(command)
-    command.add_argument(
-        "--runs", type=count, default=1000, metavar="N", help="mechanisms, or the most (default: %(default)s)"
-    )
-    command.add_argument(
-        "--failures",
-        type=count,
-        metavar="N",
-        help="end once so many mechanisms are outside of every requirement (default: make all runs)",
-    )
-    command.add_argument(
-        "--width",
-        type=positive,
-        metavar="X",
-        help="end once the interval of every share is as narrow [-]",
-    )
-    command.add_argument(
-        "--inner",
-        type=count,
-        default=0,
-        metavar="N",
-        help="points inside the box of parameters that are only intervals, besides corners (default: 0)",
-    )
-    _add_chance(command, "share")
-    command.add_argument(
-        "--least",
-        type=positive,
-        metavar="X",
-        help="exit with 3 unless the share of all requirements is at least this, with the confidence [-]",
-    )
-    add_settings(command, outputs=False)
-    add_out(command, "conformance.txt, the table of shares (md, csv, json) and a PNG for every requirement")
-    add_means(command)
-    _add_contrast(commands)
-    _add_allocate(commands)
-
-
-def _add_contrast(commands: Commands) -> None:
-    command = new_command(
-        commands,
-        "contrast",
-        contrast,
-        "whether the design of a second file is better, and by how much",
-        "Simulate the same mechanisms in the designs of two files: parameters of one name take the same "
-        "places of their distributions. Print how features and the requirements of the first file differ, "
-        "with exact intervals, and what differs in the two files.",
-        "chebclear contrast press.toml longer_guide.toml --runs 200",
-    )
-    add_scene(command)
-    command.add_argument("second", type=Path, metavar="SECOND", help="scene file of the second design")
-    command.add_argument(
-        "--runs", type=count, default=200, metavar="N", help="pairs of mechanisms (default: %(default)s)"
-    )
-    _add_chance(command, "value")
-    add_settings(command, outputs=False)
-    add_out(command, "report.html, contrast.txt, the table of features (md, csv, json) and a PNG for each")
-    add_means(command)
-
-
-def _add_allocate(commands: Commands) -> None:
-    command = new_command(
-        commands,
-        "allocate",
-        allocate,
-        "the tolerances of least cost that keep the requirements",
-        "Find the tolerances, of the parameters in the table [costs], with which the share of the mechanisms "
-        "keeps to the requirements at least cost, and prove it by fresh runs. Print them with what they "
-        "cost, and the share with its interval.",
-        "chebclear allocate press.toml --share 0.99",
-    )
-    add_scene(command)
-    command.add_argument(
-        "--share",
-        type=positive,
-        default=0.99,
-        metavar="X",
-        help="share of the mechanisms that keeps to all requirements [-] (default: %(default)s)",
-    )
-    command.add_argument(
-        "--runs", type=count, default=2000, metavar="N", help="runs that prove it (default: %(default)s)"
-    )
-    _add_chance(command, "share")
-    add_settings(command, outputs=False)
-    add_out(command, "report.html, allocation.txt, the table of tolerances (md, csv, json) and a picture")
-    add_means(command)
-
-
-def _add_chance(command: argparse.ArgumentParser, held: str) -> None:
-    """Options of what is drawn and how sure the intervals are; ``held`` is what an interval holds."""
-    command.add_argument(
-        "--confidence",
-        type=positive,
-        default=0.95,
-        metavar="X",
-        help=f"probability that an interval holds the true {held} [-] (default: %(default)s)",
-    )
-    command.add_argument(
-        "--seed", dest="rng", type=count, default=0, metavar="N", help="seed of the draws (0)"
-    )
 
 
 def conformance(options: argparse.Namespace) -> int:
@@ -260,3 +146,78 @@ def allocate(options: argparse.Namespace) -> int:
 
 def _plots(found: Mapping[str, Share | Difference]) -> dict[str, Callable[..., object]]:
     return {name: one.plot for name, one in found.items()}
+
+
+def _sure(held: str) -> list[Option]:
+    """Options of what is drawn and how sure the intervals are; `held` is what an interval holds."""
+    return [
+        Option("--confidence", NUMBER, f"probability that an interval holds the true {held} [-]", 0.95),
+        Option("--seed", COUNT, "seed of the draws", 0, dest="rng"),
+    ]
+
+
+COMMANDS = {
+    "conformance": Command(
+        conformance,
+        "Draw mechanisms from the distributions of the parameters, simulate them, and print, for every entry "
+        "of the table [requirements], the share that keeps to it, with an exact interval. Parameters are "
+        "drawn that have a distribution; of those that are only intervals, the nominal values, the corners "
+        "and points inside are taken, and the smallest and the largest share are reported.",
+        "chebclear conformance examples/toggle_press.toml --runs 2000",
+        [
+            *(SCENE, SET),
+            Option("--runs", COUNT, "mechanisms, or the most", 1000),
+            Option(
+                "--failures",
+                COUNT,
+                "end once so many mechanisms are outside of every requirement (default: make all runs)",
+            ),
+            Option("--width", NUMBER, "end once the interval of every share is as narrow [-]"),
+            Option(
+                "--inner",
+                COUNT,
+                "points inside the box of parameters that are only intervals, besides corners",
+                0,
+            ),
+            *_sure("share"),
+            Option(
+                "--least",
+                NUMBER,
+                "exit with 3 unless the share of all requirements is at least this, with the confidence [-]",
+            ),
+            *(*TIMES, *METHOD),
+            out("conformance.txt, the table of shares (md, csv, json) and a PNG for every requirement"),
+            *MEANS,
+        ],
+    ),
+    "contrast": Command(
+        contrast,
+        "Simulate the same mechanisms in the designs of two files: parameters of one name take the same "
+        "places of their distributions. Print how features and the requirements of the first file differ, "
+        "with exact intervals, and what differs in the two files.",
+        "chebclear contrast press.toml longer_guide.toml --runs 200",
+        [
+            *(SCENE, SET),
+            Option("second", Kind("SECOND", Path), "scene file of the second design"),
+            Option("--runs", COUNT, "pairs of mechanisms", 200),
+            *(*_sure("value"), *TIMES, *METHOD),
+            out("report.html, contrast.txt, the table of features (md, csv, json) and a PNG for each"),
+            *MEANS,
+        ],
+    ),
+    "allocate": Command(
+        allocate,
+        "Find the tolerances, of the parameters in the table [costs], with which the share of the mechanisms "
+        "keeps to the requirements at least cost, and prove it by fresh runs. Print them with what they "
+        "cost, and the share with its interval.",
+        "chebclear allocate press.toml --share 0.99",
+        [
+            *(SCENE, SET),
+            Option("--share", NUMBER, "share of the mechanisms that keeps to all requirements [-]", 0.99),
+            Option("--runs", COUNT, "runs that prove it", 2000),
+            *(*_sure("share"), *TIMES, *METHOD),
+            out("report.html, allocation.txt, the table of tolerances (md, csv, json) and a picture"),
+            *MEANS,
+        ],
+    ),
+}

@@ -7,24 +7,8 @@ import dataclasses
 
 from ...base.arguments import did_you_mean
 from ...templates.reference.fields import field_tables, first_word, matching, overview, plain
-from ..options import Commands, new_command
+from ..options import Command, Kind, Option
 from ..output import print_json
-
-
-def add(commands: Commands) -> None:
-    """Add the command."""
-    command = new_command(
-        commands,
-        "fields",
-        fields,
-        "list what may stand in a scene file: tables, types, fields with units and defaults",
-        "List the fields of the tables of a scene file, with their units, what holds if they are left out, "
-        "and what they mean. Without a word: which tables and types there are.",
-        "chebclear fields bodies clearance_revolute run",
-    )
-    command.add_argument(
-        "words", nargs="*", metavar="WORD", help="a table or a type, such as joints, spring or all"
-    )
 
 
 def fields(options: argparse.Namespace) -> int:
@@ -43,3 +27,14 @@ def fields(options: argparse.Namespace) -> int:
     if not found and not options.quiet:
         print("next     chebclear fields WORD ...    such as joints, spring or all")
     return 0
+
+
+COMMANDS = {
+    "fields": Command(
+        fields,
+        "List the fields of the tables of a scene file, with their units, what holds if they are left out, "
+        "and what they mean. Without a word: which tables and types there are.",
+        "chebclear fields bodies clearance_revolute run",
+        [Option("words", Kind("WORD"), "a table or a type, such as joints, spring or all", nargs="*")],
+    )
+}

@@ -8,24 +8,8 @@ from pathlib import Path
 
 from ...base.writing import replaced
 from ...templates.starters import starter, starter_names
-from ..options import Commands, new_command
+from ..options import Command, Kind, Option
 from ..output import print_json
-
-
-def add(commands: Commands) -> None:
-    """Add the command."""
-    command = new_command(
-        commands,
-        "new",
-        new,
-        "write a commented scene file of a ready-made mechanism to start from",
-        "Write a scene file of a ready-made mechanism: every number a named parameter with its unit, the "
-        "uncertain ones with intervals, and comments. Change it into your own.",
-        "chebclear new four_bar press.toml",
-    )
-    command.add_argument("mechanism", choices=starter_names(), help="one of %(choices)s", metavar="MECHANISM")
-    command.add_argument("file", type=_new_file, metavar="FILE", help="where to, such as press.toml")
-    command.add_argument("--force", action="store_true", help="replace FILE if it exists")
 
 
 def new(options: argparse.Namespace) -> int:
@@ -53,3 +37,18 @@ def _new_file(text: str) -> Path:
     if not path.parent.is_dir():
         raise argparse.ArgumentTypeError(f"there is no directory {str(path.parent)!r}")
     return path
+
+
+COMMANDS = {
+    "new": Command(
+        new,
+        "Write a scene file of a ready-made mechanism: every number a named parameter with its unit, the "
+        "uncertain ones with intervals, and comments. Change it into your own.",
+        "chebclear new four_bar press.toml",
+        [
+            Option("mechanism", starter_names(), f"one of {', '.join(starter_names())}", metavar="MECHANISM"),
+            Option("file", Kind("FILE", _new_file), "where to, such as press.toml"),
+            Option("--force", None, "replace FILE if it exists"),
+        ],
+    )
+}

@@ -10,29 +10,8 @@ from ...loading import load_result
 from ...study.bifurcation import Bifurcation
 from ...study.comparison import Comparison
 from ...study.requirements.conformance import Conformance
-from ..options import Commands, directory, file, new_command
+from ..options import DIRECTORY, Command, Kind, Option, file
 from ..output import print_json, require_writable
-
-
-def add(commands: Commands) -> None:
-    """Add the command."""
-    command = new_command(
-        commands,
-        "report",
-        report,
-        "write the report of a saved run, study or tradeoff",
-        "Write one HTML file that needs no network: the answer, the mechanism, the main numbers and what is "
-        "not known on one screen; bands, verdicts, warnings and cost unfold below.",
-        "chebclear report results/study.npz --to press.html --title 'How far does the ram move?'",
-    )
-    command.add_argument(
-        "result", type=file, metavar="RESULT", help="an .npz file that a command or save wrote"
-    )
-    command.add_argument("--to", type=Path, metavar="FILE", help="where to (default: RESULT with .html)")
-    command.add_argument(
-        "--out", type=directory, metavar="DIR", help="directory for it without --to (default: that of RESULT)"
-    )
-    command.add_argument("--title", metavar="TEXT", help="the heading: the question in words")
 
 
 def report(options: argparse.Namespace) -> int:
@@ -55,3 +34,19 @@ def report(options: argparse.Namespace) -> int:
     else:
         print(f"wrote    {written}")
     return 0
+
+
+COMMANDS = {
+    "report": Command(
+        report,
+        "Write one HTML file that needs no network: the answer, the mechanism, the main numbers and what is "
+        "not known on one screen; bands, verdicts, warnings and cost unfold below.",
+        "chebclear report results/study.npz --to press.html --title 'How far does the ram move?'",
+        [
+            Option("result", Kind("RESULT", file), "an .npz file that a command or save wrote"),
+            Option("--to", Kind("FILE", Path), "where to (default: RESULT with .html)"),
+            Option("--out", DIRECTORY, "directory for it without --to (default: that of RESULT)"),
+            Option("--title", Kind("TEXT"), "the heading: the question in words"),
+        ],
+    )
+}

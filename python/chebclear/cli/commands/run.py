@@ -13,27 +13,9 @@ from ...base.writing import complete_folder
 from ...run.trajectory import Trajectory
 from ...scene.columns import column_unit
 from ..figures import draw_run
-from ..options import Commands, add_out, add_scene, add_settings, new_command
+from ..options import METHOD, OUTPUTS, SCENE, SET, TIMES, Command, out
 from ..output import Rows, print_json, require_writable, table_text, write_table
 from ..scenes import hint, outputs_of, progress_of, settings_of, template_of
-
-
-def add(commands: Commands) -> None:
-    """Add the command."""
-    command = new_command(
-        commands,
-        "run",
-        run,
-        "simulate a scene once, at the nominal values of its parameters",
-        "Simulate a scene and print the extremes of its outputs, those of the continuous motion, and its "
-        "contacts.",
-        "chebclear run press.toml --set joints.wrist.clearance=2e-4 --out results",
-    )
-    add_scene(command)
-    add_settings(command)
-    add_out(
-        command, "report.html, run.npz, run.csv, tables of extremes and contacts (md, csv, json) and PNGs"
-    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -110,3 +92,17 @@ def _largest(values: NDArray[np.float64]) -> float:
     """The largest of the numbers that are known; NaN without one."""
     known = values[np.isfinite(values)]
     return float(known.max()) if len(known) else math.nan
+
+
+COMMANDS = {
+    "run": Command(
+        run,
+        "Simulate a scene and print the extremes of its outputs, those of the continuous motion, and its "
+        "contacts.",
+        "chebclear run press.toml --set joints.wrist.clearance=2e-4 --out results",
+        [
+            *(SCENE, SET, *TIMES, OUTPUTS, *METHOD),
+            out("report.html, run.npz, run.csv, tables of extremes and contacts (md, csv, json) and PNGs"),
+        ],
+    )
+}

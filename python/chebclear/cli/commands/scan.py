@@ -15,74 +15,23 @@ from ...templates.reader import load
 from ...templates.template import Template
 from ..bands import hand_over
 from ..options import (
-    Commands,
-    add_means,
-    add_out,
-    add_scene,
-    add_settings,
-    add_threads,
-    count,
-    new_command,
+    COUNT,
+    MEANS,
+    METHOD,
+    NAME,
+    OUTPUTS,
+    SCENE,
+    SET,
+    THREADS,
+    TIMES,
+    Command,
+    Kind,
+    Option,
+    out,
 )
 from ..output import require_writable
 from ..scenes import changes_of, progress_of, settings_of, template_of
 from .study import STUDY_FILES, carry_out, study_of
-
-
-def add(commands: Commands) -> None:
-    """Add the command."""
-    command = new_command(
-        commands,
-        "scan",
-        scan,
-        "simulate on a grid of the parameters: inner bounds of the outputs",
-        "Simulate a scene on equally spaced points of its parameters' intervals. The bands are the "
-        "extremes of the runs: between the points an output may reach further.",
-        "chebclear scan press.toml --points 5 --out results",
-    )
-    add_scene(command)
-    command.add_argument(
-        "--points",
-        type=count,
-        metavar="N",
-        default=10,
-        help="points of every parameter (default: %(default)s)",
-    )
-    add_settings(command)
-    add_out(command, STUDY_FILES)
-    add_means(command)
-    command.set_defaults(require=None, check=False)
-    _add_sweep(commands)
-
-
-def _add_sweep(commands: Commands) -> None:
-    command = new_command(
-        commands,
-        "sweep",
-        sweep,
-        "at which speeds features of a revolution are large, scatter, or contact is lost",
-        "Simulate a scene at many values of one parameter of the file, such as the speed of its drive, until "
-        "it has settled. Print for every entry of the table [features] how it varies from revolution to "
-        "revolution, resonances, and where joints begin to lose contact.",
-        "chebclear sweep press.toml crank_speed '60 rpm' '600 rpm' --points 55",
-    )
-    add_scene(command)
-    command.add_argument("parameter", metavar="NAME", help="a parameter of the file")
-    command.add_argument("lower", metavar="FROM", help="its first value, as 20 or '60 rpm'")
-    command.add_argument("upper", metavar="TO", help="its last value")
-    words = "{} (default: %(default)s)"
-    for name, default, what in (
-        ("points", 41, "number of equally spaced values"),
-        ("revolutions", 20, "revolutions of each run whose features are found"),
-        ("discard", 10, "revolutions before them, for the starting transient to decay"),
-    ):
-        command.add_argument(f"--{name}", type=count, default=default, metavar="N", help=words.format(what))
-    command.add_argument(
-        "--angle", metavar="JOINT", help="revolute joint whose revolutions count (default: the driven one)"
-    )
-    add_settings(command, outputs=False)
-    add_out(command, "sweep.txt, the table of values (md, csv, json) and a PNG for every feature")
-    add_threads(command)
 
 
 def scan(options: argparse.Namespace) -> int:
@@ -135,3 +84,38 @@ def _value(template: Template, options: argparse.Namespace, text: str) -> float:
     if unit not in ("", known):
         options.usage_error(f"{options.parameter} is in {known or 'no unit'}, got {text!r}")
     return changed.values()[options.parameter]
+
+
+COMMANDS = {
+    "scan": Command(
+        scan,
+        "Simulate a scene on equally spaced points of its parameters' intervals. The bands are the "
+        "extremes of the runs: between the points an output may reach further.",
+        "chebclear scan press.toml --points 5 --out results",
+        [
+            *(SCENE, SET),
+            Option("--points", COUNT, "points of every parameter", 10),
+            *(*TIMES, OUTPUTS, *METHOD, STUDY_FILES, *MEANS),
+        ],
+    ),
+    "sweep": Command(
+        sweep,
+        "Simulate a scene at many values of one parameter of the file, such as the speed of its drive, until "
+        "it has settled. Print for every entry of the table [features] how it varies from revolution to "
+        "revolution, resonances, and where joints begin to lose contact.",
+        "chebclear sweep press.toml crank_speed '60 rpm' '600 rpm' --points 55",
+        [
+            *(SCENE, SET),
+            Option("parameter", NAME, "a parameter of the file"),
+            Option("lower", Kind("FROM"), "its first value, as 20 or '60 rpm'"),
+            Option("upper", Kind("TO"), "its last value"),
+            Option("--points", COUNT, "number of equally spaced values", 41),
+            Option("--revolutions", COUNT, "revolutions of each run whose features are found", 20),
+            Option("--discard", COUNT, "revolutions before them, for the starting transient to decay", 10),
+            Option("--angle", Kind("JOINT"), "joint whose revolutions count (default: the driven one)"),
+            *(*TIMES, *METHOD),
+            out("sweep.txt, the table of values (md, csv, json) and a PNG for every feature"),
+            THREADS,
+        ],
+    ),
+}

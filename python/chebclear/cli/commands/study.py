@@ -14,17 +14,21 @@ from ...study.results import StudyResult
 from ...study.study import Study
 from ..bands import DEMANDS, TraceFit, finish
 from ..options import (
-    Commands,
-    add_means,
-    add_out,
-    add_scene,
-    add_settings,
-    assignment,
-    count,
+    ASSIGNMENT,
+    COUNT,
+    MEANS,
+    METHOD,
+    NUMBER,
+    OUTPUTS,
+    SCENE,
+    SET,
+    TIMES,
+    WORDS,
+    Command,
+    Kind,
+    Option,
     file,
-    new_command,
-    positive,
-    words,
+    out,
 )
 from ..output import require_writable
 from ..plans import plan_of
@@ -36,106 +40,7 @@ _KINDS = {
     "chebyshev": ("degree",),
     "sample": ("runs", "rng"),
 }
-STUDY_FILES = "report.html, study.npz, the table of verdicts (md, csv, json) and a PNG for every output"
-
-
-def add(commands: Commands) -> None:
-    """Add the command."""
-    command = new_command(
-        commands,
-        "study",
-        study,
-        "how far the outputs move over the intervals of the parameters, and how sure that is",
-        "Simulate a scene at many points of its parameters' intervals and print, for every output, how far "
-        "it reaches, with a verdict on how far that can be trusted: band, the hull of as many independent "
-        "runs as it takes or, of fewer, widened by what runs that took no part exceed it by; chebyshev, the "
-        "paper's polynomials; sample, the extremes of random runs. Of a file with a table [requirements] the "
-        "share in specification comes first, from as many mechanisms again, drawn from the distributions, or "
-        "from the runs themselves if these are such draws.",
-        "chebclear study examples/slider_crank.toml --out results",
-    )
-    add_scene(command)
-    command.add_argument(
-        "--kind", choices=list(_KINDS), default="band", help="kind of study (default: %(default)s)"
-    )
-    _add_points(command)
-    command.add_argument(
-        "--check",
-        action="store_true",
-        help="simulate the worst cases that the polynomials predict, and print both",
-    )
-    command.add_argument(
-        "--require",
-        choices=list(DEMANDS),
-        help="exit with 3 if the verdict on an output is worse; calibrated accepts resolved and certified",
-    )
-    command.add_argument(
-        "--measured",
-        type=file,
-        metavar="TRACE",
-        help="CSV file with t or angle and columns named as outputs, with their units, as in "
-        "'t [ms],slider.ax [m/s2]': print which share of it is inside the bands, and where not",
-    )
-    command.add_argument(
-        "--identify",
-        type=words,
-        metavar="A,B",
-        help="parameters to find from --measured, by the features of the file that it holds, or else the rms",
-    )
-    command.add_argument(
-        "--noise",
-        action="append",
-        default=[],
-        type=assignment,
-        metavar="NAME=VALUE",
-        help="standard deviation of the noise in an output of --measured, as in slider.ax='30 m/s2'",
-    )
-    add_settings(command)
-    add_out(command, STUDY_FILES)
-    add_means(command)
-
-
-def _add_points(command: argparse.ArgumentParser) -> None:
-    """Add the options that say where and how often a study simulates."""
-    command.add_argument(
-        "--runs",
-        type=count,
-        metavar="N",
-        help="runs of kinds band (default: as many as the coverage takes, within --seconds) and sample (81)",
-    )
-    command.add_argument(
-        "--seconds",
-        type=positive,
-        metavar="S",
-        help="time for the runs of kind band without --runs (default: 10 s)",
-    )
-    command.add_argument(
-        "--confidence",
-        type=positive,
-        metavar="X",
-        help="probability with which the coverage is to hold at any one instant, of kind band",
-    )
-    command.add_argument(
-        "--coverage",
-        type=positive,
-        metavar="X",
-        help="required coverage of a new run [-], of kind band (default: 0.999)",
-    )
-    command.add_argument(
-        "--degree", type=count, metavar="N", help="degree of the polynomials of kind chebyshev (default: 3)"
-    )
-    command.add_argument(
-        "--seed", dest="rng", type=count, metavar="N", help="seed of the points of kinds band and sample (0)"
-    )
-    command.add_argument(
-        "--revolutions",
-        type=count,
-        metavar="N",
-        help="bands by crank angle, over so many revolutions of every run, of kind band",
-    )
-    command.add_argument(
-        "--discard", type=count, metavar="N", help="revolutions before those of --revolutions (default: 1)"
-    )
+STUDY_FILES = out("report.html, study.npz, the table of verdicts (md, csv, json) and a PNG for every output")
 
 
 def study(options: argparse.Namespace) -> int:
@@ -189,10 +94,11 @@ def carry_out(
         found = identify(made, trace, options.identify, _measurable(made, trace), noise=noise)
     result: StudyResult = getattr(made, method)(**given)
     followed = any(band.verdict == "resolved" and band.surrogate is not None for band in result.values())
-    if options.check and not followed:
+    check = getattr(options, "check", False)
+    if check and not followed:
         print("warning: no output is resolved by a polynomial: --check finds no worst case", file=sys.stderr)
     fit = None if trace is None else TraceFit(trace.compare(result), found)
-    return finish(result.check() if options.check and followed else result, options, title, plan, fit)
+    return finish(result.check() if check and followed else result, options, title, plan, fit)
 
 
 def _measurable(made: Study, trace: Measured) -> dict[str, TraceFeature]:
@@ -214,3 +120,71 @@ def study_of(options: argparse.Namespace) -> tuple[Study, str]:
     keywords = outputs_of(template, study_settings(template, options), options)
     require_writable(options.out)
     return template.study(**keywords), template.title or options.scene.name
+
+
+COMMANDS = {
+    "study": Command(
+        study,
+        "Simulate a scene at many points of its parameters' intervals and print, for every output, how far "
+        "it reaches, with a verdict on how far that can be trusted: band, the hull of as many independent "
+        "runs as it takes or, of fewer, widened by what runs that took no part exceed it by; chebyshev, the "
+        "paper's polynomials; sample, the extremes of random runs. Of a file with a table [requirements] the "
+        "share in specification comes first, from as many mechanisms again, drawn from the distributions, or "
+        "from the runs themselves if these are such draws.",
+        "chebclear study examples/slider_crank.toml --out results",
+        [
+            *(SCENE, SET),
+            Option("--kind", list(_KINDS), "kind of study", "band"),
+            Option(
+                "--runs",
+                COUNT,
+                "runs of kinds band (default: as many as the coverage takes, within --seconds) and sample "
+                "(81)",
+            ),
+            Option("--seconds", NUMBER, "time for the runs of kind band without --runs (default: 10 s)"),
+            Option(
+                "--confidence",
+                NUMBER,
+                "probability with which the coverage is to hold at any one instant, of kind band",
+            ),
+            Option(
+                "--coverage",
+                NUMBER,
+                "required coverage of a new run [-], of kind band (default: 0.999)",
+            ),
+            Option("--degree", COUNT, "degree of the polynomials of kind chebyshev (default: 3)"),
+            Option("--seed", COUNT, "seed of the points of kinds band and sample (0)", dest="rng"),
+            Option(
+                "--revolutions",
+                COUNT,
+                "bands by crank angle, over so many revolutions of every run, of kind band",
+            ),
+            Option("--discard", COUNT, "revolutions before those of --revolutions (default: 1)"),
+            Option("--check", None, "simulate the worst cases that the polynomials predict, and print both"),
+            Option(
+                "--require",
+                list(DEMANDS),
+                "exit with 3 if the verdict on an output is worse; calibrated accepts resolved and certified",
+            ),
+            Option(
+                "--measured",
+                Kind("TRACE", file),
+                "CSV file with t or angle and columns named as outputs, with their units, as in "
+                "'t [ms],slider.ax [m/s2]': print which share of it is inside the bands, and where not",
+            ),
+            Option(
+                "--identify",
+                WORDS,
+                "parameters to find from --measured, by the features of the file that it holds, or else the "
+                "rms",
+            ),
+            Option(
+                "--noise",
+                ASSIGNMENT,
+                "standard deviation of the noise in an output of --measured, as in slider.ax='30 m/s2'",
+                repeated=True,
+            ),
+            *(*TIMES, OUTPUTS, *METHOD, STUDY_FILES, *MEANS),
+        ],
+    )
+}

@@ -3,66 +3,40 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import Any
 
+from ...mechanisms import slider_crank
+from ...paper import case_study as paper
 from ...run.settings import METHODS
 from ...scene.scene import Scene
 from ...templates.reader import loads
 from ...templates.template import Template
+from ...tradeoffs import output as tradeoff_output
+from ...tradeoffs.of_scene import RTOLS, tradeoff
 from ...tradeoffs.recommendation import COSTS, MOST_ACCURACY
-from ..options import Commands, add_out, add_scene, add_settings, new_command, positive, tolerances, words
+from ..options import (
+    OUTPUTS,
+    SCENE,
+    SECONDS,
+    SET,
+    TIMES,
+    WORDS,
+    Command,
+    Kind,
+    Option,
+    out,
+    positive,
+    tolerances,
+)
 from ..output import print_json, require_writable
 from ..scenes import changes_of, outputs_of, progress_of, settings_of, template_of
 
 _CONVENTIONS = ("as_printed", "corrected")
 
 
-def add(commands: Commands) -> None:
-    """Add the command."""
-    command = new_command(
-        commands,
-        "tradeoff",
-        measured,
-        "measure accuracy against cost on a scene and recommend a setting",
-        "Simulate a scene with many methods and tolerances, compare with two tight runs, print costs, errors "
-        "and the time until which each run can be trusted, and recommend a setting. Without a scene: the "
-        "paper's slider-crank.",
-        "chebclear tradeoff press.toml --rtols 1e-4,1e-6 --outputs ram.x",
-    )
-    add_scene(command, optional=True)
-    command.add_argument("--paper", choices=_CONVENTIONS, help="which slider-crank to take (as_printed)")
-    add_settings(command, single=False)
-    command.add_argument(
-        "--methods", type=words, metavar="A,B", help=f"integrators (default: {','.join(METHODS)})"
-    )
-    command.add_argument(
-        "--rtols", type=tolerances, metavar="X,Y", help="relative tolerances (default: 1e-3 to 1e-8)"
-    )
-    command.add_argument(
-        "--accuracy",
-        type=_accuracy,
-        default=1e-3,
-        metavar="X",
-        help="error that the recommended setting may have, relative to the range of each output "
-        "(default: %(default)g; at most 1)",
-    )
-    command.add_argument(
-        "--until",
-        type=positive,
-        metavar="T",
-        help="time over which it may have it [s] (default: as far as the reference is known well enough)",
-    )
-    command.add_argument(
-        "--cost", choices=COSTS, default="seconds", help="what is to be small (default: %(default)s)"
-    )
-    add_out(command, "report.html, tradeoff.md, tradeoff.npz and tradeoff.png")
-
-
 def measured(options: argparse.Namespace) -> int:
     """Run the command."""
-    from ...tradeoffs import output as tradeoff_output
-    from ...tradeoffs.of_scene import RTOLS, tradeoff
-
     scene, settings = _subject(options)
     # What would be refused after the runs is refused before them.
     if options.until is not None and options.until > settings["duration"]:
@@ -104,9 +78,6 @@ def _subject(options: argparse.Namespace) -> tuple[Scene, dict[str, Any]]:
 
 def _paper(options: argparse.Namespace) -> Template:
     """The paper's slider-crank, with the settings of its case study."""
-    from ...mechanisms import slider_crank
-    from ...paper import case_study as paper
-
     scene = slider_crank(convention=options.paper or _CONVENTIONS[0])
     settings = {"duration": paper.DURATION, "samples": paper.SAMPLES, "outputs": list(paper.OUTPUTS)}
     return loads(scene.to_json(), "slider_crank", changes={"run": settings, **changes_of(options)})
@@ -119,3 +90,33 @@ def _accuracy(text: str) -> float:
             f"must be a part of the range, <= {MOST_ACCURACY:g}, got {text!r}: larger errors have no meaning"
         )
     return number
+
+
+COMMANDS = {
+    "tradeoff": Command(
+        measured,
+        "Simulate a scene with many methods and tolerances, compare with two tight runs, print costs, errors "
+        "and the time until which each run can be trusted, and recommend a setting. Without a scene: the "
+        "paper's slider-crank.",
+        "chebclear tradeoff press.toml --rtols 1e-4,1e-6 --outputs ram.x",
+        [
+            *(replace(SCENE, nargs="?"), SET, *TIMES, OUTPUTS),
+            Option("--paper", _CONVENTIONS, "which slider-crank to take (as_printed)"),
+            Option("--methods", WORDS, f"integrators (default: {','.join(METHODS)})"),
+            Option("--rtols", Kind("X,Y", tolerances), "relative tolerances (default: 1e-3 to 1e-8)"),
+            Option(
+                "--accuracy",
+                Kind("X", _accuracy),
+                "error that the recommended setting may have, relative to the range of each output",
+                1e-3,
+            ),
+            Option(
+                "--until",
+                SECONDS,
+                "time over which it may have it [s] (default: as far as the reference is known well enough)",
+            ),
+            Option("--cost", COSTS, "what is to be small", "seconds"),
+            out("report.html, tradeoff.md, tradeoff.npz and tradeoff.png"),
+        ],
+    )
+}

@@ -7,32 +7,14 @@ import threading
 import webbrowser
 
 from ...templates.reader import load
-from ..options import Commands, add_scene, new_command
+from ..options import SCENE, SET, Command, Option
 from ..output import print_json
 from ..scenes import changes_of
-
-
-def add(commands: Commands) -> None:
-    """Add the command."""
-    command = new_command(
-        commands,
-        "show",
-        show,
-        "the mechanism in the browser: drag its crank and its parameters",
-        "Show a scene file in the browser: drag the crank, and parameters within their intervals, and see "
-        "positions, transmission angle and lost motion at once. When the file is saved it is read again; its "
-        "problems are shown with their lines. The page is served to this computer alone; the program ends "
-        "when it is closed.",
-        "chebclear show press.toml",
-    )
-    add_scene(command)
-    command.add_argument("--no-browser", action="store_true", help="only print the address of the page")
+from .server import PageServer, Shown
 
 
 def show(options: argparse.Namespace) -> int:
     """Run the command."""
-    from .server import PageServer, Shown  # what a server needs would slow every command down
-
     shown = Shown(options.scene, lambda: load(options.scene, changes=changes_of(options)))
     with PageServer(shown) as server:
         if options.json:
@@ -44,3 +26,16 @@ def show(options: argparse.Namespace) -> int:
             threading.Thread(target=webbrowser.open, args=[server.address], daemon=True).start()
         server.serve()
     return 0
+
+
+COMMANDS = {
+    "show": Command(
+        show,
+        "Show a scene file in the browser: drag the crank, and parameters within their intervals, and see "
+        "positions, transmission angle and lost motion at once. When the file is saved it is read again; its "
+        "problems are shown with their lines. The page is served to this computer alone; the program ends "
+        "when it is closed.",
+        "chebclear show press.toml",
+        [SCENE, SET, Option("--no-browser", None, "only print the address of the page")],
+    )
+}
