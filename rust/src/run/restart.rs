@@ -10,7 +10,7 @@ use crate::error::{InputError, Problem, Subject};
 use crate::numerics::turns::Turns;
 use crate::run::contacts::{Contact, OpenContact};
 use crate::run::work::Work;
-use crate::scene::json::{Fields, Node, Problems};
+use crate::scene::json::{Fields, Node, parse, read_object};
 
 /// State of a run besides positions and velocities.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -74,10 +74,7 @@ impl Restart {
     /// # Errors
     /// Every missing or wrong field, with paths below `start`.
     pub fn from_json(text: &str) -> Result<Restart, InputError> {
-        let value: Value = serde_json::from_str(text)
-            .map_err(|error| Subject::Start.error("start", format!("is not valid JSON: {error}")))?;
-        let mut problems = Vec::new();
-        let restart = read(Node::root(&value, "start"), &mut problems);
+        let (restart, problems) = read_object(&parse(Subject::Start, "start", text)?, "start", None, read);
         let restart = Subject::Start.judge(restart, problems)?;
         restart.check()?;
         Ok(restart)
@@ -189,101 +186,80 @@ fn write_memory(memory: &Memory) -> Value {
     })
 }
 
-fn read(node: Node, problems: &mut Problems) -> Restart {
-    let mut fields = node.fields(problems);
-    let time = fields.number("time", problems);
+fn read(fields: &mut Fields) -> Restart {
+    let time = fields.number("time");
     if !(time >= 0.0 && time.is_finite()) {
-        problems.push(Problem::new(fields.path_of("time"), format!("must be >= 0 [s], got {time}")));
+        fields.problem("time", format!("must be >= 0 [s], got {time}"));
     }
-    let restart = Restart {
-        time,
-        parts: fields.required("parts", problems).map_or_else(Vec::new, |node| node.texts(problems)),
-        q: fields.numbers("q", problems),
-        v: fields.numbers("v", problems),
-        memory: read_memory(&mut fields, problems),
-    };
-    fields.finish(problems);
-    restart
+    let parts = fields.required("parts").map_or_else(Vec::new, |node| node.texts());
+    Restart { time, parts, q: fields.numbers("q"), v: fields.numbers("v"), memory: read_memory(fields) }
 }
 
-fn read_memory(fields: &mut Fields, problems: &mut Problems) -> Memory {
-    let contacts = fields.list("contacts", problems, |node, problems| {
-        let open = !node.value.is_null();
-        open.then(|| read_contact(node, problems))
-    });
+fn read_memory(fields: &mut Fields) -> Memory {
+    let contacts = fields.list("contacts", |node| (!node.value.is_null()).then(|| node.read(read_contact)));
     // The index in the list is that of the joint.
-    let contacts = contacts.into_iter().enumerate().map(|(joint, open)| {
-        open.map(|open| OpenContact { contact: Contact { joint, ..open.contact }, ..open })
+    let contacts = contacts.into_iter().enumerate().map(|(joint, contact)| {
+        contact.map(|contact| OpenContact { contact: Contact { joint, ..contact }, last: None })
     });
     Memory {
-        phases: fields.list("phases", problems, read_phase),
-        tractions: fields.list("tractions", problems, |node, problems| {
-            let numbers = node.numbers(problems);
+        phases: fields.list("phases", read_phase),
+        tractions: fields.list("tractions", |node| {
+            let numbers = node.numbers();
             Traction::from_numbers(std::array::from_fn(|k| numbers.get(k).copied().unwrap_or(f64::NAN)))
         }),
         contacts: contacts.collect(),
-        turns: fields.numbers("turns", problems),
-        work: fields.optional("work").map(|node| read_work(node, problems)),
+        turns: fields.numbers("turns"),
+        work: fields.optional("work").map(|node| node.read(read_work)),
     }
 }
 
-fn read_phase(node: Node, problems: &mut Problems) -> Phase {
+fn read_phase(node: Node) -> Phase {
     if node.value.is_null() {
         return Phase::Free;
     }
     if node.value == BEYOND {
         return Phase::Beyond;
     }
-    let mut fields = node.fields(problems);
-    let [damping, impact_velocity] = Latch::NAMES;
-    let latch = Latch::from_numbers([
-        fields.number(damping, problems),
-        fields.number_or(impact_velocity, 0.0, problems),
-    ]);
-    let clipped = fields.number("clipped", problems);
-    if clipped != 0.0 && clipped != 1.0 {
-        problems.push(Problem::new(fields.path_of("clipped"), format!("must be 0 or 1, got {clipped}")));
-    }
-    let numbers = Traction::NAMES.map(|name| fields.optional_number(name, problems));
-    let traction = numbers.iter().any(Option::is_some).then(|| {
-        // What is missing is no number, which the checks refuse.
-        Traction::from_numbers(numbers.map(|number| number.unwrap_or(f64::NAN)))
-    });
-    let phase = Phase::Contact { latch, clipped: clipped != 0.0, traction };
-    fields.finish(problems);
-    phase
+    node.read(|fields| {
+        let [damping, impact_velocity] = Latch::NAMES;
+        let latch = Latch::from_numbers([fields.number(damping), fields.number_or(impact_velocity, 0.0)]);
+        let clipped = fields.number("clipped");
+        if clipped != 0.0 && clipped != 1.0 {
+            fields.problem("clipped", format!("must be 0 or 1, got {clipped}"));
+        }
+        let numbers = Traction::NAMES.map(|name| fields.optional_number(name));
+        let traction = numbers.iter().any(Option::is_some).then(|| {
+            // What is missing is no number, which the checks refuse.
+            Traction::from_numbers(numbers.map(|number| number.unwrap_or(f64::NAN)))
+        });
+        Phase::Contact { latch, clipped: clipped != 0.0, traction }
+    })
 }
 
-fn read_contact(node: Node, problems: &mut Problems) -> OpenContact {
-    let mut fields = node.fields(problems);
-    let contact = Contact {
+fn read_contact(fields: &mut Fields) -> Contact {
+    Contact {
         joint: 0,
-        onset: fields.number("onset", problems),
+        onset: fields.number("onset"),
         separation: f64::NAN,
-        impact_velocity: fields.number("impact_velocity", problems),
-        peak_force: fields.number("peak_force", problems),
-        peak_time: fields.number("peak_time", problems),
-    };
-    fields.finish(problems);
-    OpenContact { contact, last: None }
+        impact_velocity: fields.number("impact_velocity"),
+        peak_force: fields.number("peak_force"),
+        peak_time: fields.number("peak_time"),
+    }
 }
 
-fn read_work(node: Node, problems: &mut Problems) -> Work {
-    let mut fields = node.fields(problems);
-    let work = Work {
-        start_energy: fields.number("start_energy", problems),
-        input: fields.number("input", problems),
-        damping: fields.number("damping", problems),
-        contacts: fields.list("contacts", problems, |node, problems| match node.numbers(problems)[..] {
+fn read_work(fields: &mut Fields) -> Work {
+    Work {
+        start_energy: fields.number("start_energy"),
+        input: fields.number("input"),
+        damping: fields.number("damping"),
+        contacts: fields.list("contacts", |node| match node.numbers()[..] {
             [impact, friction, wear] => ContactLoss { impact, friction, wear },
             _ => {
-                problems.push(Problem::new(&node.path, "must be three numbers"));
+                node.problem("must be three numbers");
                 ContactLoss::default()
             }
         }),
         sectors: Vec::new(),
-        dry_joints: fields.optional("dry_joints").map_or_else(Vec::new, |node| node.numbers(problems)),
-    };
-    fields.finish(problems);
-    work
+        dry_joints: fields.optional("dry_joints").map_or_else(Vec::new, |node| node.numbers()),
+    }
 }

@@ -2,8 +2,6 @@
 
 use std::fmt::Debug;
 
-use serde_json::Value;
-
 use crate::error::{InputError, Problem, Subject};
 use crate::integrators::adams::Adams;
 use crate::integrators::auto::Auto;
@@ -12,7 +10,7 @@ use crate::integrators::rosenbrock::Rosenbrock;
 use crate::integrators::tableaus::{RODAS4, RODAS5P};
 use crate::integrators::{Limits, Stepper};
 use crate::run::features::{FEATURE_WORDS, Feature};
-use crate::scene::json::{Node, Problems};
+use crate::scene::json::{Fields, parse, read_object};
 
 /// Integration method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -197,42 +195,36 @@ impl Settings {
 /// # Errors
 /// Every unknown, missing or unacceptable field, with paths below `settings`.
 pub fn read_settings(text: &str) -> Result<Settings, InputError> {
-    let value: Value = serde_json::from_str(text)
-        .map_err(|error| Subject::Settings.error("settings", format!("is not valid JSON: {error}")))?;
-    let mut problems = Vec::new();
-    let mut fields = Node::root(&value, "settings").fields(&mut problems);
-    let limits = Limits::default();
-    let settings = Settings {
-        duration: fields.number("duration", &mut problems),
-        samples: fields.count_or("samples", 0, SAMPLES_RANGE, &mut problems),
-        skip: fields.number_or("skip", 0.0, &mut problems),
-        rtol: fields.number_or("rtol", DEFAULT_RTOL, &mut problems),
-        method: fields.word("method", &METHOD_WORDS, &mut problems),
-        outputs: fields.optional("outputs").map(|node| node.texts(&mut problems)),
-        features: fields.list("features", &mut problems, read_feature),
-        cycles: fields.count_or("cycles", 1, CYCLES_RANGE, &mut problems),
-        position_tolerance: fields.optional_number("position_tolerance", &mut problems),
-        velocity_tolerance: fields.optional_number("velocity_tolerance", &mut problems),
-        companion_of: fields.optional_number("companion_of", &mut problems),
-        limits: Limits {
-            max_steps: fields.count_or("max_steps", limits.max_steps, COUNT_RANGE, &mut problems),
-            max_events: fields.count_or("max_events", limits.max_events, COUNT_RANGE, &mut problems),
-            ..limits
-        },
-    };
-    fields.finish(&mut problems);
+    let value = parse(Subject::Settings, "settings", text)?;
+    let (settings, mut problems) = read_object(&value, "settings", None, read);
     // What stands for a field that could not be read is no second problem of it.
-    let further = settings.problems().into_iter();
-    problems.extend(
-        further.filter(|new| problems.iter().all(|known| known.path != new.path)).collect::<Vec<_>>(),
-    );
+    let mut further = settings.problems();
+    further.retain(|new| problems.iter().all(|known| known.path != new.path));
+    problems.extend(further);
     Subject::Settings.judge(settings, problems)
 }
 
-fn read_feature(node: Node, problems: &mut Problems) -> Feature {
-    let mut fields = node.fields(problems);
-    let feature =
-        Feature { kind: fields.word("kind", &FEATURE_WORDS, problems), of: fields.text("of", problems) };
-    fields.finish(problems);
-    feature
+fn read(fields: &mut Fields) -> Settings {
+    let limits = Limits::default();
+    Settings {
+        duration: fields.number("duration"),
+        samples: fields.count_or("samples", 0, SAMPLES_RANGE),
+        skip: fields.number_or("skip", 0.0),
+        rtol: fields.number_or("rtol", DEFAULT_RTOL),
+        method: fields.word("method", &METHOD_WORDS),
+        outputs: fields.optional("outputs").map(|node| node.texts()),
+        features: fields.objects("features", |fields| Feature {
+            kind: fields.word("kind", &FEATURE_WORDS),
+            of: fields.text("of"),
+        }),
+        cycles: fields.count_or("cycles", 1, CYCLES_RANGE),
+        position_tolerance: fields.optional_number("position_tolerance"),
+        velocity_tolerance: fields.optional_number("velocity_tolerance"),
+        companion_of: fields.optional_number("companion_of"),
+        limits: Limits {
+            max_steps: fields.count_or("max_steps", limits.max_steps, COUNT_RANGE),
+            max_events: fields.count_or("max_events", limits.max_events, COUNT_RANGE),
+            ..limits
+        },
+    }
 }

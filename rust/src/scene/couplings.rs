@@ -4,14 +4,13 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::contact::normal::NormalLaw;
-use crate::error::Problem;
 use crate::expression::curve::{Beyond, Curve, Interpolation};
 use crate::expression::dimension::{Dimension, PLAIN};
 use crate::expression::grammar::Syntax;
 use crate::expression::tape::Tape;
 use crate::scene::check::Checker;
 use crate::scene::functions::expression_in;
-use crate::scene::json::{Fields, Node, Problems};
+use crate::scene::json::{Fields, Node};
 use crate::scene::loads::Expression;
 use crate::scene::parts::{Force, GROUND, Scene, length_scale};
 use crate::scene::quantities::{Quantity, TIME};
@@ -105,69 +104,61 @@ pub struct CompiledLaw {
 }
 
 /// A coupling from JSON.
-pub(super) fn coupling(node: Node, problems: &mut Problems) -> Coupling {
-    let mut fields = node.fields(problems);
-    let driver = fields.text("driver", problems);
-    let coupling = Coupling {
-        name: fields.text("name", problems),
-        driven: fields.text("driven", problems),
-        law: fields.required("law", problems).map_or(UNREADABLE, |node| law(&node, &driver, problems)),
+pub(super) fn coupling(fields: &mut Fields) -> Coupling {
+    let driver = fields.text("driver");
+    Coupling {
+        name: fields.text("name"),
+        driven: fields.text("driven"),
+        law: fields.required("law").map_or(UNREADABLE, |node| law(node, &driver)),
         driver,
-        carrier: fields.optional("carrier").map(|node| node.text(problems)),
-        offset: fields.optional_number("offset", problems),
-        pressure_angle: fields.optional_number("pressure_angle", problems),
-        backlash: backlash(&mut fields, problems),
-    };
-    fields.finish(problems);
-    coupling
+        carrier: fields.optional("carrier").map(|node| node.text()),
+        offset: fields.optional_number("offset"),
+        pressure_angle: fields.optional_number("pressure_angle"),
+        backlash: backlash(fields),
+    }
 }
 
-fn backlash(fields: &mut Fields, problems: &mut Problems) -> Option<Backlash> {
-    let play = fields.optional_number("backlash", problems);
-    let contact = fields.optional("contact").map(|node| normal_law(node, problems));
+fn backlash(fields: &mut Fields) -> Option<Backlash> {
+    let play = fields.optional_number("backlash");
+    let contact = fields.optional("contact").map(|node| node.read(normal_law));
     let missing = match (play, contact) {
         (Some(play), Some(contact)) => return Some(Backlash { play, contact }),
         (None, None) => return None,
         (None, Some(_)) => "backlash",
         (Some(_), None) => "contact",
     };
-    problems.push(Problem::new(fields.path_of(missing), "is missing: backlash and contact belong together"));
+    fields.problem(missing, "is missing: backlash and contact belong together");
     None
 }
 
 /// Placeholder of a law that could not be read, for which a problem was added.
 const UNREADABLE: CouplingLaw = CouplingLaw::Ratio(1.0);
 
-fn law(node: &Node, driver: &str, problems: &mut Problems) -> CouplingLaw {
+fn law(node: Node, driver: &str) -> CouplingLaw {
     if !node.value.is_object() {
-        return CouplingLaw::Ratio(node.number(problems));
+        return CouplingLaw::Ratio(node.number());
     }
-    let before = problems.len();
-    let mut fields = node.fields(problems);
-    let law = if fields.tag("function", &[("table", true), ("expression", false)], problems) {
+    let law = |fields: &mut Fields| {
+        if !fields.tag("function", &[("table", true), ("expression", false)]) {
+            return Some(CouplingLaw::Formula(Box::new(expression_in(fields)?)));
+        }
         // Jumps of the slope would be impacts, jumps of the curvature jumps of the force.
-        if fields.optional("interpolation").is_some() {
-            fields.word("interpolation", &[("cubic", ())], problems);
+        for (field, only) in [("interpolation", "cubic"), ("beyond", "end")] {
+            if fields.optional(field).is_some() {
+                fields.word(field, &[(only, ())]);
+            }
         }
-        if fields.optional("beyond").is_some() {
-            fields.word("beyond", &[("end", ())], problems);
-        }
-        let over = fields.optional("over").map_or_else(|| TIME.to_owned(), |node| node.text(problems));
+        let over = fields.text_or("over", TIME);
         if over.trim() != TIME && over.trim() != driver {
-            let message = format!("must be left out, or the driver {driver:?}, got {over:?}");
-            problems.push(Problem::new(fields.path_of("over"), message));
+            fields.problem("over", format!("must be left out, or the driver {driver:?}, got {over:?}"));
         }
-        CouplingLaw::Table {
-            points: fields.numbers("points", problems),
-            values: fields.numbers("values", problems),
-            periodic: fields.optional("periodic").is_some_and(|node| node.truth(problems)),
-        }
-    } else {
-        let formula = expression_in(&mut fields, problems);
-        formula.map_or(UNREADABLE, |formula| CouplingLaw::Formula(Box::new(formula)))
+        Some(CouplingLaw::Table {
+            points: fields.numbers("points"),
+            values: fields.numbers("values"),
+            periodic: fields.optional("periodic").is_some_and(|node| node.truth()),
+        })
     };
-    fields.finish(problems);
-    if problems.len() > before { UNREADABLE } else { law }
+    node.read(|fields| fields.sound(law)).flatten().unwrap_or(UNREADABLE)
 }
 
 impl Coupling {

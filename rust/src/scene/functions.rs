@@ -1,86 +1,64 @@
 //! Reads functions of time and of the motion from JSON.
 
 use crate::contact::formula::Formula;
-use crate::error::Problem;
 use crate::expression::curve::{Beyond, Curve, Interpolation};
 use crate::expression::dimension::Dimension;
-use crate::scene::json::{Fields, Node, Problems};
+use crate::scene::json::{Fields, Kind, Node};
 use crate::scene::loads::{Expression, Load};
 use crate::scene::parts::Force;
 use crate::scene::quantities::TIME;
 use crate::scene::time_function::{Spline, TimeFunction};
 
-#[derive(Clone, Copy)]
-enum FunctionName {
-    Polynomial,
-    Harmonic,
-    Table,
-    Expression,
-}
-
 /// Placeholder of a function that could not be read, for which a problem was added.
 const UNREADABLE: Load = Load::Time(TimeFunction::Polynomial(Vec::new()));
 
 /// A function of time: a number, or an object.
-pub(super) fn time_function(
-    fields: &mut Fields,
-    name: &'static str,
-    problems: &mut Problems,
-) -> TimeFunction {
-    match load(fields, name, problems) {
+pub(super) fn time_function(fields: &mut Fields, name: &'static str) -> TimeFunction {
+    match load(fields, name) {
         Load::Time(function) => function,
         Load::Motion(expression) => expression.of_time().unwrap_or_else(|message| {
-            problems.push(Problem::new(fields.path_of(name), message));
+            fields.problem(name, message);
             TimeFunction::Polynomial(Vec::new())
         }),
     }
 }
 
 /// A function of time or of the motion: a number, or an object.
-pub(super) fn load(fields: &mut Fields, name: &'static str, problems: &mut Problems) -> Load {
-    match fields.required(name, problems) {
-        Some(node) => load_at(&node, problems),
-        None => Load::Time(TimeFunction::constant(f64::NAN)),
-    }
+pub(super) fn load(fields: &mut Fields, name: &'static str) -> Load {
+    fields.required(name).map_or(Load::Time(TimeFunction::constant(f64::NAN)), load_at)
 }
 
 /// The same, zero if it is left out.
-pub(super) fn load_or_none(fields: &mut Fields, name: &'static str, problems: &mut Problems) -> Load {
-    fields.optional(name).map_or(Load::NONE, |node| load_at(&node, problems))
+pub(super) fn load_or_none(fields: &mut Fields, name: &'static str) -> Load {
+    fields.optional(name).map_or(Load::NONE, load_at)
 }
 
-fn load_at(node: &Node, problems: &mut Problems) -> Load {
+fn load_at(node: Node) -> Load {
     if !node.value.is_object() {
-        return Load::Time(TimeFunction::constant(node.number(problems)));
+        return Load::Time(TimeFunction::constant(node.number()));
     }
-    let mut fields = node.fields(problems);
-    let names = [
-        ("polynomial", FunctionName::Polynomial),
-        ("harmonic", FunctionName::Harmonic),
-        ("table", FunctionName::Table),
-        ("expression", FunctionName::Expression),
-    ];
-    let function = match fields.tag("function", &names, problems) {
-        FunctionName::Polynomial => Load::Time(polynomial(&mut fields, problems)),
-        FunctionName::Harmonic => Load::Time(TimeFunction::Harmonic {
-            mean: fields.number_or("mean", 0.0, problems),
-            amplitude: fields.number("amplitude", problems),
-            angular_frequency: fields.number("angular_frequency", problems),
-            phase: fields.number_or("phase", 0.0, problems),
+    let kinds: [Kind<Load>; 4] = [
+        ("polynomial", |fields| Load::Time(polynomial(fields))),
+        ("harmonic", |fields| {
+            Load::Time(TimeFunction::Harmonic {
+                mean: fields.number_or("mean", 0.0),
+                amplitude: fields.number("amplitude"),
+                angular_frequency: fields.number("angular_frequency"),
+                phase: fields.number_or("phase", 0.0),
+            })
         }),
-        FunctionName::Table => table(&mut fields, problems),
-        FunctionName::Expression => expression_in(&mut fields, problems)
-            .map_or(UNREADABLE, |expression| Load::Motion(Box::new(expression))),
-    };
-    fields.finish(problems);
-    function
+        ("table", table),
+        ("expression", |fields| {
+            expression_in(fields).map_or(UNREADABLE, |expression| Load::Motion(Box::new(expression)))
+        }),
+    ];
+    node.read(|fields| fields.one_of("function", &kinds))
 }
 
-fn polynomial(fields: &mut Fields, problems: &mut Problems) -> TimeFunction {
-    let before = problems.len();
-    let mut coefficients = fields.numbers("coefficients", problems);
-    if coefficients.is_empty() && problems.len() == before {
-        problems.push(Problem::new(fields.path_of("coefficients"), "must not be empty"));
+fn polynomial(fields: &mut Fields) -> TimeFunction {
+    let mut coefficients = fields.sound(|fields| fields.numbers("coefficients")).unwrap_or(vec![0.0; 2]);
+    if coefficients.is_empty() {
+        fields.problem("coefficients", "must not be empty");
     }
     if coefficients.len() == 1 {
         // A single coefficient would count as a plain number, and problems would have the path of
@@ -90,45 +68,38 @@ fn polynomial(fields: &mut Fields, problems: &mut Problems) -> TimeFunction {
     TimeFunction::Polynomial(coefficients)
 }
 
-fn table(fields: &mut Fields, problems: &mut Problems) -> Load {
-    let before = problems.len();
-    let points = fields.numbers("points", problems);
-    let values = fields.numbers("values", problems);
-    let over = fields.optional("over").map_or_else(|| TIME.to_owned(), |node| node.text(problems));
-    let ways = [
-        ("linear", Interpolation::Linear),
-        ("monotone", Interpolation::Monotone),
-        ("cubic", Interpolation::Cubic),
-    ];
-    let is_of_time = over.trim() == TIME;
-    let interpolation = match fields.optional("interpolation") {
-        Some(_) => fields.word("interpolation", &ways, problems),
-        None if is_of_time => Interpolation::Cubic,
-        None => Interpolation::Linear,
-    };
-    let periodic = fields.optional("periodic").is_some_and(|node| node.truth(problems));
-    let beyond = match fields.optional("beyond") {
-        Some(_) => fields.word("beyond", &[("end", Beyond::End), ("hold", Beyond::Hold)], problems),
-        None => Beyond::End,
-    };
-    if periodic && beyond == Beyond::Hold {
-        let message = "must be \"end\" in a periodic table, which has no ends";
-        problems.push(Problem::new(fields.path_of("beyond"), message));
-    }
-    if problems.len() > before {
-        return UNREADABLE;
-    }
-    let beyond = if periodic { Beyond::Repeat } else { beyond };
-    let read = if is_of_time && interpolation == Interpolation::Cubic && beyond == Beyond::End {
-        Spline::new(&points, &values).map(|spline| Load::Time(TimeFunction::Table(spline)))
-    } else {
-        Curve::new(&points, &values, interpolation, beyond).and_then(|curve| {
-            let expression = Expression::read(over, Vec::new())?;
-            Ok(Load::Motion(Box::new(expression.tabulated(curve))))
-        })
-    };
-    read.unwrap_or_else(|message| {
-        problems.push(Problem::new(fields.path_of("points"), message));
+fn table(fields: &mut Fields) -> Load {
+    let read = fields.sound(|fields| {
+        let [points, values] = ["points", "values"].map(|field| fields.numbers(field));
+        let over = fields.text_or("over", TIME);
+        let ways = [
+            ("linear", Interpolation::Linear),
+            ("monotone", Interpolation::Monotone),
+            ("cubic", Interpolation::Cubic),
+        ];
+        let is_of_time = over.trim() == TIME;
+        let interpolation = match fields.optional("interpolation") {
+            Some(_) => fields.word("interpolation", &ways),
+            None if is_of_time => Interpolation::Cubic,
+            None => Interpolation::Linear,
+        };
+        let periodic = fields.optional("periodic").is_some_and(|node| node.truth());
+        let beyond = match fields.optional("beyond") {
+            Some(_) => fields.word("beyond", &[("end", Beyond::End), ("hold", Beyond::Hold)]),
+            None => Beyond::End,
+        };
+        if periodic && beyond == Beyond::Hold {
+            fields.problem("beyond", "must be \"end\" in a periodic table, which has no ends");
+        }
+        let beyond = if periodic { Beyond::Repeat } else { beyond };
+        if is_of_time && interpolation == Interpolation::Cubic && beyond == Beyond::End {
+            return Spline::new(&points, &values).map(|spline| Load::Time(TimeFunction::Table(spline)));
+        }
+        let curve = Curve::new(&points, &values, interpolation, beyond)?;
+        Ok(Load::Motion(Box::new(Expression::read(over, Vec::new())?.tabulated(curve))))
+    });
+    read.unwrap_or(Ok(UNREADABLE)).unwrap_or_else(|message: String| {
+        fields.problem("points", message);
         UNREADABLE
     })
 }
@@ -142,28 +113,20 @@ pub(super) const BUSHING: [(&str, Dimension); 4] = [
 ];
 
 /// A number, or a formula of the motion in its place; zero if it is left out.
-fn number_or_formula(
-    fields: &mut Fields,
-    name: &'static str,
-    problems: &mut Problems,
-) -> (f64, Option<Box<Expression>>) {
-    let Some(node) = fields.optional(name) else { return (0.0, None) };
-    if !node.value.is_object() {
-        return (node.number(problems), None);
+fn number_or_formula(fields: &mut Fields, name: &'static str) -> (f64, Option<Box<Expression>>) {
+    match fields.optional(name) {
+        None => (0.0, None),
+        Some(node) if !node.value.is_object() => (node.number(), None),
+        Some(node) => (0.0, node.read(formula).map(Box::new)),
     }
-    let mut inner = node.fields(problems);
-    inner.tag("function", &[("expression", ())], problems);
-    let expression = expression_in(&mut inner, problems);
-    inner.finish(problems);
-    (0.0, expression.map(Box::new))
 }
 
 /// A bushing.
-pub(super) fn bushing(fields: &mut Fields, problems: &mut Problems) -> Force {
-    let [name, a, b] = ["name", "a", "b"].map(|field| fields.text(field, problems));
+pub(super) fn bushing(fields: &mut Fields) -> Force {
+    let [name, a, b] = ["name", "a", "b"].map(|field| fields.text(field));
     let [stiffness, damping, torsional_stiffness, torsional_damping] =
-        BUSHING.map(|(field, _)| number_or_formula(fields, field, problems));
-    fields.required("stiffness", problems);
+        BUSHING.map(|(field, _)| number_or_formula(fields, field));
+    fields.required("stiffness");
     Force::Bushing {
         name,
         a,
@@ -182,24 +145,20 @@ pub(super) fn law(
     name: &'static str,
     of: &[(&'static str, Dimension)],
     wanted: Dimension,
-    problems: &mut Problems,
 ) -> Option<Formula> {
-    let mut inner = fields.required(name, problems)?.fields(problems);
-    inner.tag("function", &[("expression", ())], problems);
-    let expression = expression_in(&mut inner, problems);
-    inner.finish(problems);
-    let law = expression?.law(of, &fields.path_of(name), wanted);
-    law.map_err(|found| problems.extend(found)).ok()
+    let expression = fields.required(name)?.read(formula)?;
+    expression.law(of, &fields.path_of(name), wanted).map_err(|found| fields.add_all(found)).ok()
+}
+
+/// An object that can only be a formula.
+fn formula(fields: &mut Fields) -> Option<Expression> {
+    fields.tag("function", &[("expression", ())]);
+    expression_in(fields)
 }
 
 /// The fields of a formula; none after a problem was noted.
-pub(super) fn expression_in(fields: &mut Fields, problems: &mut Problems) -> Option<Expression> {
-    let before = problems.len();
-    let text = fields.text("text", problems);
-    let constants = fields.named_numbers("constants", problems);
-    if problems.len() > before {
-        return None;
-    }
-    let read = Expression::read(text, constants);
-    read.map_err(|message| problems.push(Problem::new(fields.path_of("text"), message))).ok()
+pub(super) fn expression_in(fields: &mut Fields) -> Option<Expression> {
+    let (text, constants) =
+        fields.sound(|fields| (fields.text("text"), fields.named_numbers("constants")))?;
+    Expression::read(text, constants).map_err(|message| fields.problem("text", message)).ok()
 }

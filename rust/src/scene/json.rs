@@ -1,69 +1,98 @@
 //! Reading JSON field by field: every unknown field, missing field and wrong type is collected with
 //! its path. A derived reader would stop at the first error.
 
+use std::cell::RefCell;
+
 use serde_json::{Map, Value};
 
-use crate::error::{Problem, did_you_mean};
+use crate::error::{InputError, Problem, Subject, did_you_mean};
 use crate::scene::parts::Point;
 
-/// Problems found so far.
-pub(crate) type Problems = Vec<Problem>;
+/// Problems found so far, to which all nodes of a text add.
+#[derive(Default)]
+pub(crate) struct Problems(RefCell<Vec<Problem>>);
+
+impl Problems {
+    fn add(&self, path: impl Into<String>, message: impl Into<String>) {
+        self.0.borrow_mut().push(Problem::new(path, message));
+    }
+
+    fn count(&self) -> usize {
+        self.0.borrow().len()
+    }
+}
 
 /// A JSON value and its path.
+#[derive(Clone)]
 pub(crate) struct Node<'a> {
     pub(crate) value: &'a Value,
-    pub(crate) path: String,
+    path: String,
     /// Where the value has indices in the place of numbers: the numbers.
     numbers: Option<&'a [f64]>,
+    problems: &'a Problems,
 }
 
 /// An object whose fields are taken one by one; those that remain are unknown.
 pub(crate) struct Fields<'a> {
+    node: Node<'a>,
     object: Option<&'a Map<String, Value>>,
-    path: String,
-    numbers: Option<&'a [f64]>,
     taken: Vec<&'static str>,
     /// Whether the tag that determines the fields was unreadable: no field is then called missing or unknown.
     unknown_kind: bool,
 }
 
+/// A word that determines the kind of an object, and what reads the fields of that kind.
+pub(crate) type Kind<'a, T> = (&'static str, fn(&mut Fields<'a>) -> T);
+
+/// The value written in `text`.
+///
+/// # Errors
+/// Text that is no JSON.
+pub(crate) fn parse(subject: Subject, name: &str, text: &str) -> Result<Value, InputError> {
+    serde_json::from_str(text).map_err(|error| subject.error(name, format!("is not valid JSON: {error}")))
+}
+
+/// What `read` makes of an object at `path`, with the problems found, perhaps one that has the index of each of some
+/// `numbers` in its place.
+pub(crate) fn read_object<T>(
+    value: &Value,
+    path: &str,
+    numbers: Option<&[f64]>,
+    read: impl FnOnce(&mut Fields) -> T,
+) -> (T, Vec<Problem>) {
+    let problems = Problems::default();
+    let found = Node { value, path: path.to_owned(), numbers, problems: &problems }.read(read);
+    (found, problems.0.into_inner())
+}
+
 impl<'a> Node<'a> {
-    /// The outermost value.
-    pub(crate) fn root(value: &'a Value, path: &str) -> Self {
-        Node { value, path: path.to_owned(), numbers: None }
-    }
-
-    /// The same of a value that has the index of each number in its place.
-    pub(crate) fn with_numbers(self, numbers: &'a [f64]) -> Self {
-        Node { numbers: Some(numbers), ..self }
-    }
-
     fn item(&self, index: usize, value: &'a Value) -> Self {
-        Node { value, path: format!("{}[{index}]", self.path), numbers: self.numbers }
+        Node { value, path: format!("{}[{index}]", self.path), ..*self }
     }
 
-    pub(crate) fn fields(&self, problems: &mut Problems) -> Fields<'a> {
+    pub(crate) fn problem(&self, message: impl Into<String>) {
+        self.problems.add(&self.path, message);
+    }
+
+    /// What `read` makes of the fields of an object; those that it does not take are unknown.
+    pub(crate) fn read<T>(self, read: impl FnOnce(&mut Fields<'a>) -> T) -> T {
         let object = self.value.as_object();
         if object.is_none() {
-            problems.push(Problem::new(&self.path, format!("must be an object, got {}", self.value)));
+            self.problem(format!("must be an object, got {}", self.value));
         }
-        Fields {
-            object,
-            path: self.path.clone(),
-            numbers: self.numbers,
-            taken: Vec::new(),
-            unknown_kind: false,
-        }
+        let mut fields = Fields { node: self, object, taken: Vec::new(), unknown_kind: false };
+        let found = read(&mut fields);
+        fields.finish();
+        found
     }
 
     /// A number. NaN and the infinities arrive as words, since JSON has no numbers for them.
-    pub(crate) fn number(&self, problems: &mut Problems) -> f64 {
+    pub(crate) fn number(&self) -> f64 {
         if let Some(numbers) = self.numbers {
             let index = self.value.as_u64().and_then(|index| usize::try_from(index).ok());
             return index.and_then(|index| numbers.get(index)).copied().unwrap_or_else(|| {
-                let message =
-                    format!("must be the index of one of {} numbers, got {}", numbers.len(), self.value);
-                problems.push(Problem::new(&self.path, message));
+                let count = numbers.len();
+                self.problem(format!("must be the index of one of {count} numbers, got {}", self.value));
                 f64::NAN
             });
         }
@@ -75,98 +104,111 @@ impl<'a> Node<'a> {
             Some("Infinity") => f64::INFINITY,
             Some("-Infinity") => f64::NEG_INFINITY,
             _ => {
-                problems.push(Problem::new(&self.path, format!("must be a number, got {}", self.value)));
+                self.problem(format!("must be a number, got {}", self.value));
                 f64::NAN
             }
         }
     }
 
-    pub(crate) fn pair(&self, problems: &mut Problems) -> [f64; 2] {
+    pub(crate) fn pair(&self) -> [f64; 2] {
         match self.value.as_array().map(Vec::as_slice) {
             Some([first, second]) => {
-                [(0, first), (1, second)].map(|(index, value)| self.item(index, value).number(problems))
+                [(0, first), (1, second)].map(|(index, value)| self.item(index, value).number())
             }
             _ => {
-                problems.push(Problem::new(
-                    &self.path,
-                    format!("must be a pair of numbers [x, y], got {}", self.value),
-                ));
+                self.problem(format!("must be a pair of numbers [x, y], got {}", self.value));
                 [f64::NAN; 2]
             }
         }
     }
 
-    pub(crate) fn truth(&self, problems: &mut Problems) -> bool {
+    pub(crate) fn truth(&self) -> bool {
         self.value.as_bool().unwrap_or_else(|| {
-            problems.push(Problem::new(&self.path, format!("must be true or false, got {}", self.value)));
+            self.problem(format!("must be true or false, got {}", self.value));
             false
         })
     }
 
     /// A list of texts.
-    pub(crate) fn texts(&self, problems: &mut Problems) -> Vec<String> {
-        self.items("texts", problems).iter().map(|node| node.text(problems)).collect()
+    pub(crate) fn texts(&self) -> Vec<String> {
+        self.items(" of texts", |node| node.text())
     }
 
     /// A list of numbers.
-    pub(crate) fn numbers(&self, problems: &mut Problems) -> Vec<f64> {
-        self.items("numbers", problems).iter().map(|node| node.number(problems)).collect()
+    pub(crate) fn numbers(&self) -> Vec<f64> {
+        self.items(" of numbers", |node| node.number())
     }
 
-    fn items(&self, what: &str, problems: &mut Problems) -> Vec<Node<'a>> {
+    fn items<T>(&self, of_what: &str, read: impl Fn(Node<'a>) -> T) -> Vec<T> {
         let Some(values) = self.value.as_array() else {
-            problems.push(Problem::new(&self.path, format!("must be a list of {what}, got {}", self.value)));
+            self.problem(format!("must be a list{of_what}, got {}", self.value));
             return Vec::new();
         };
-        values.iter().enumerate().map(|(index, value)| self.item(index, value)).collect()
+        values.iter().enumerate().map(|(index, value)| read(self.item(index, value))).collect()
     }
 
-    pub(crate) fn text(&self, problems: &mut Problems) -> String {
-        match self.value.as_str() {
-            Some(text) => text.to_owned(),
-            None => {
-                problems.push(Problem::new(&self.path, format!("must be a text, got {}", self.value)));
+    pub(crate) fn text(&self) -> String {
+        self.value.as_str().map_or_else(
+            || {
+                self.problem(format!("must be a text, got {}", self.value));
                 String::new()
-            }
-        }
+            },
+            str::to_owned,
+        )
     }
 }
 
 impl<'a> Fields<'a> {
     pub(crate) fn path_of(&self, name: &str) -> String {
-        if self.path.is_empty() { name.to_owned() } else { format!("{}.{name}", self.path) }
+        if self.node.path.is_empty() { name.to_owned() } else { format!("{}.{name}", self.node.path) }
+    }
+
+    /// Adds a problem with a field.
+    pub(crate) fn problem(&self, name: &str, message: impl Into<String>) {
+        self.node.problems.add(self.path_of(name), message);
+    }
+
+    pub(crate) fn add_all(&self, problems: Vec<Problem>) {
+        self.node.problems.0.borrow_mut().extend(problems);
+    }
+
+    /// What `read` finds; none if it added problems.
+    pub(crate) fn sound<T>(&mut self, read: impl FnOnce(&mut Self) -> T) -> Option<T> {
+        let before = self.node.problems.count();
+        let found = read(self);
+        (self.node.problems.count() == before).then_some(found)
     }
 
     /// The field, unless it is absent or null.
     pub(crate) fn optional(&mut self, name: &'static str) -> Option<Node<'a>> {
         self.taken.push(name);
         let value = self.object?.get(name).filter(|value| !value.is_null())?;
-        Some(Node { value, path: self.path_of(name), numbers: self.numbers })
+        Some(Node { value, path: self.path_of(name), ..self.node })
     }
 
-    pub(crate) fn required(&mut self, name: &'static str, problems: &mut Problems) -> Option<Node<'a>> {
+    pub(crate) fn required(&mut self, name: &'static str) -> Option<Node<'a>> {
         let node = self.optional(name);
         if node.is_none() && self.object.is_some() && !self.unknown_kind {
-            problems.push(Problem::new(self.path_of(name), "is missing"));
+            self.problem(name, "is missing");
         }
         node
     }
 
-    pub(crate) fn number(&mut self, name: &'static str, problems: &mut Problems) -> f64 {
-        self.required(name, problems).map_or(f64::NAN, |node| node.number(problems))
+    pub(crate) fn number(&mut self, name: &'static str) -> f64 {
+        self.required(name).map_or(f64::NAN, |node| node.number())
     }
 
-    pub(crate) fn number_or(&mut self, name: &'static str, default: f64, problems: &mut Problems) -> f64 {
-        self.optional(name).map_or(default, |node| node.number(problems))
+    pub(crate) fn number_or(&mut self, name: &'static str, default: f64) -> f64 {
+        self.optional(name).map_or(default, |node| node.number())
     }
 
-    pub(crate) fn optional_number(&mut self, name: &'static str, problems: &mut Problems) -> Option<f64> {
-        self.optional(name).map(|node| node.number(problems))
+    pub(crate) fn optional_number(&mut self, name: &'static str) -> Option<f64> {
+        self.optional(name).map(|node| node.number())
     }
 
     /// A list of numbers.
-    pub(crate) fn numbers(&mut self, name: &'static str, problems: &mut Problems) -> Vec<f64> {
-        self.required(name, problems).map_or_else(Vec::new, |node| node.numbers(problems))
+    pub(crate) fn numbers(&mut self, name: &'static str) -> Vec<f64> {
+        self.required(name).map_or_else(Vec::new, |node| node.numbers())
     }
 
     /// A whole number, which the caller compares with the range that is accepted.
@@ -175,48 +217,37 @@ impl<'a> Fields<'a> {
         name: &'static str,
         default: usize,
         [least, most]: [usize; 2],
-        problems: &mut Problems,
     ) -> usize {
         let Some(node) = self.optional(name) else { return default };
-        match node.value.as_u64().and_then(|count| usize::try_from(count).ok()) {
-            Some(count) => count,
-            None => {
-                problems.push(Problem::new(
-                    &node.path,
-                    format!("must be a whole number >= {least} and <= {most}, got {}", node.value),
-                ));
-                default
-            }
-        }
+        node.value.as_u64().and_then(|count| usize::try_from(count).ok()).unwrap_or_else(|| {
+            node.problem(format!("must be a whole number >= {least} and <= {most}, got {}", node.value));
+            default
+        })
     }
 
-    pub(crate) fn pair(&mut self, name: &'static str, problems: &mut Problems) -> [f64; 2] {
-        self.required(name, problems).map_or([f64::NAN; 2], |node| node.pair(problems))
+    pub(crate) fn pair(&mut self, name: &'static str) -> [f64; 2] {
+        self.required(name).map_or([f64::NAN; 2], |node| node.pair())
     }
 
-    pub(crate) fn text(&mut self, name: &'static str, problems: &mut Problems) -> String {
-        self.required(name, problems).map_or_else(String::new, |node| node.text(problems))
+    pub(crate) fn text(&mut self, name: &'static str) -> String {
+        self.required(name).map_or_else(String::new, |node| node.text())
+    }
+
+    pub(crate) fn text_or(&mut self, name: &'static str, default: &str) -> String {
+        self.optional(name).map_or_else(|| default.to_owned(), |node| node.text())
     }
 
     /// One of the given words, or the first one after a problem was noted.
-    pub(crate) fn word<T: Copy>(
-        &mut self,
-        name: &'static str,
-        words: &[(&'static str, T)],
-        problems: &mut Problems,
-    ) -> T {
-        if let Some(node) = self.required(name, problems) {
-            let text = node.text(problems);
+    pub(crate) fn word<T: Copy>(&mut self, name: &'static str, words: &[(&'static str, T)]) -> T {
+        if let Some(node) = self.required(name) {
+            let text = node.text();
             if let Some(&(_, value)) = words.iter().find(|(word, _)| *word == text) {
                 return value;
             }
             if node.value.is_string() {
                 let all: Vec<String> = words.iter().map(|(word, _)| format!("{word:?}")).collect();
                 let hint = did_you_mean(&text, words.iter().map(|&(word, _)| word));
-                problems.push(Problem::new(
-                    &node.path,
-                    format!("must be one of {}, got {text:?}{hint}", all.join(", ")),
-                ));
+                node.problem(format!("must be one of {}, got {text:?}{hint}", all.join(", ")));
             }
         }
         words[0].1
@@ -224,70 +255,57 @@ impl<'a> Fields<'a> {
 
     /// The word that determines the kind of an object. After a problem with it the expected fields are not
     /// known, and none is called missing or unknown.
-    pub(crate) fn tag<T: Copy>(
-        &mut self,
-        name: &'static str,
-        words: &[(&'static str, T)],
-        problems: &mut Problems,
-    ) -> T {
-        let before = problems.len();
-        let value = self.word(name, words, problems);
-        self.unknown_kind = problems.len() > before;
+    pub(crate) fn tag<T: Copy>(&mut self, name: &'static str, words: &[(&'static str, T)]) -> T {
+        let before = self.node.problems.count();
+        let value = self.word(name, words);
+        self.unknown_kind = self.node.problems.count() > before;
         value
     }
 
-    pub(crate) fn list<T>(
-        &mut self,
-        name: &'static str,
-        problems: &mut Problems,
-        read: impl Fn(Node<'a>, &mut Problems) -> T,
-    ) -> Vec<T> {
-        let Some(node) = self.optional(name) else { return Vec::new() };
-        let Some(values) = node.value.as_array() else {
-            problems.push(Problem::new(&node.path, format!("must be a list, got {}", node.value)));
-            return Vec::new();
-        };
-        values.iter().enumerate().map(|(index, value)| read(node.item(index, value), problems)).collect()
+    /// An object of one of several kinds.
+    pub(crate) fn one_of<T>(&mut self, name: &'static str, kinds: &[Kind<'a, T>]) -> T {
+        self.tag(name, kinds)(self)
     }
 
-    pub(crate) fn points(&mut self, name: &'static str, problems: &mut Problems) -> Vec<Point> {
-        let points = self.named(name, "points {\"name\": [x, y]}", problems);
-        points.into_iter().map(|(name, node)| Point { name, position: node.pair(problems) }).collect()
+    pub(crate) fn list<T>(&mut self, name: &'static str, read: impl Fn(Node<'a>) -> T) -> Vec<T> {
+        self.optional(name).map_or_else(Vec::new, |node| node.items("", read))
+    }
+
+    /// A list of objects.
+    pub(crate) fn objects<T>(&mut self, name: &'static str, read: impl Fn(&mut Fields<'a>) -> T) -> Vec<T> {
+        self.list(name, |node| node.read(&read))
+    }
+
+    pub(crate) fn points(&mut self, name: &'static str) -> Vec<Point> {
+        let points = self.named(name, "points {\"name\": [x, y]}");
+        points.into_iter().map(|(name, node)| Point { name, position: node.pair() }).collect()
     }
 
     /// Numbers with names.
-    pub(crate) fn named_numbers(
-        &mut self,
-        name: &'static str,
-        problems: &mut Problems,
-    ) -> Vec<(String, f64)> {
-        let numbers = self.named(name, "numbers {\"name\": number}", problems);
-        numbers.into_iter().map(|(name, node)| (name, node.number(problems))).collect()
+    pub(crate) fn named_numbers(&mut self, name: &'static str) -> Vec<(String, f64)> {
+        let numbers = self.named(name, "numbers {\"name\": number}");
+        numbers.into_iter().map(|(name, node)| (name, node.number())).collect()
     }
 
     /// The values of an object with names of the user; `what` tells its form.
-    fn named(&mut self, name: &'static str, what: &str, problems: &mut Problems) -> Vec<(String, Node<'a>)> {
+    fn named(&mut self, name: &'static str, what: &str) -> Vec<(String, Node<'a>)> {
         let Some(node) = self.optional(name) else { return Vec::new() };
         let Some(object) = node.value.as_object() else {
-            let message = format!("must be an object of {what}, got {}", node.value);
-            problems.push(Problem::new(&node.path, message));
+            node.problem(format!("must be an object of {what}, got {}", node.value));
             return Vec::new();
         };
-        let path = &node.path;
         let value = |(name, value): (&String, &'a Value)| {
-            (name.clone(), Node { value, path: format!("{path}.{name}"), numbers: node.numbers })
+            (name.clone(), Node { value, path: format!("{}.{name}", node.path), ..node })
         };
         object.iter().map(value).collect()
     }
 
     /// Adds a problem for every field that was not taken.
-    pub(crate) fn finish(self, problems: &mut Problems) {
+    fn finish(self) {
         let Some(object) = self.object.filter(|_| !self.unknown_kind) else { return };
-        for name in object.keys() {
-            if !self.taken.contains(&name.as_str()) {
-                let hint = did_you_mean(name, self.taken.iter().copied());
-                problems.push(Problem::new(self.path_of(name), format!("unknown field{hint}")));
-            }
+        for name in object.keys().filter(|name| !self.taken.contains(&name.as_str())) {
+            let hint = did_you_mean(name, self.taken.iter().copied());
+            self.problem(name, format!("unknown field{hint}"));
         }
     }
 }
