@@ -1,6 +1,8 @@
 //! Tests of the core physics by room: closed forms, identities, independent references.
 
 mod numerics {
+    mod extremum;
+    mod logarithm;
     mod rotation;
 }
 

@@ -12,7 +12,7 @@ use crate::integrators::adams::Adams;
 use crate::integrators::dense::DenseStep;
 use crate::integrators::rosenbrock::Rosenbrock;
 use crate::integrators::tableaus::Tableau;
-use crate::integrators::{HybridSystem, NextLimits, Stats, Stepper};
+use crate::integrators::{HybridSystem, NextLimits, StateAt, Stats, Stepper};
 
 /// Stiffness from which an Adams step counts as limited by stability.
 const STIFF: f64 = 0.8;
@@ -82,13 +82,8 @@ impl Auto {
         self.memory.next_pause = (2 * self.memory.next_pause).min(LONGEST_PAUSE);
     }
 
-    /// Whether the other method takes the next step, after a step to (q, v) at `t`.
-    fn switches(
-        &mut self,
-        system: &mut dyn HybridSystem,
-        (t, q, v): (f64, &[f64], &[f64]),
-        stats: &mut Stats,
-    ) -> bool {
+    /// Whether the other method takes the next step, after a step to a state.
+    fn switches(&mut self, system: &mut dyn HybridSystem, at: StateAt, stats: &mut Stats) -> bool {
         let implicit = self.memory.implicit;
         self.memory.steps = self.memory.steps.saturating_add(1);
         if self.memory.pause > 0 {
@@ -113,7 +108,7 @@ impl Auto {
                 self.memory.next_pause = PAUSE;
             }
         } else if self.explicit.possible_growth() < MUCH_LONGER {
-            let damped = self.implicit.linearize(system, t, q, v, stats)
+            let damped = self.implicit.linearize(system, at, stats)
                 && self.implicit.damping() > DAMPED * self.implicit.rate();
             if !damped {
                 self.pause();
@@ -133,15 +128,8 @@ impl Stepper for Auto {
         (self.memory.contradictions, self.memory.pause) = (0, 0);
     }
 
-    fn begin(
-        &mut self,
-        system: &mut dyn HybridSystem,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
-        stats: &mut Stats,
-    ) -> bool {
-        self.active().begin(system, t, q, v, stats)
+    fn begin(&mut self, system: &mut dyn HybridSystem, at: StateAt, stats: &mut Stats) -> bool {
+        self.active().begin(system, at, stats)
     }
 
     fn attempt(&mut self, system: &mut dyn HybridSystem, h: f64, stats: &mut Stats) -> bool {
@@ -165,16 +153,9 @@ impl Stepper for Auto {
         self.active().finish_dense(system, stats)
     }
 
-    fn next_limits(
-        &mut self,
-        system: &mut dyn HybridSystem,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
-        stats: &mut Stats,
-    ) -> NextLimits {
-        let limits = self.active().next_limits(system, t, q, v, stats);
-        match (self.switches(system, (t, q, v), stats), self.memory.implicit) {
+    fn next_limits(&mut self, system: &mut dyn HybridSystem, at: StateAt, stats: &mut Stats) -> NextLimits {
+        let limits = self.active().next_limits(system, at, stats);
+        match (self.switches(system, at, stats), self.memory.implicit) {
             (false, _) => limits,
             (true, true) => NextLimits { switched: true, ..NextLimits::UNLIMITED },
             // The first step of the Adams method is stable at the present length and not far beyond.

@@ -3,7 +3,9 @@
 use crate::integrators::events::{EventFinder, Guard};
 use crate::integrators::rosenbrock::Rosenbrock;
 use crate::integrators::tableaus::Tableau;
-use crate::integrators::{HybridSystem, Limits, NextLimits, Outcome, Projection, Stats, Status, Stepper};
+use crate::integrators::{
+    HybridSystem, Limits, NextLimits, Outcome, Projection, StateAt, Stats, Status, Stepper,
+};
 use crate::numerics::logarithm::power;
 
 /// Step-size factor of an attempt that failed (a number that is not finite, a singular W).
@@ -168,7 +170,8 @@ impl Run<'_> {
         let mut h = self.limits.first_step.unwrap_or(1e-3 * (self.end - self.t)).max(self.shortest());
         self.restart();
         while self.t < self.end {
-            if !self.method.begin(self.system, self.t, &self.q, &self.v, &mut self.stats) {
+            if !self.method.begin(self.system, StateAt { t: self.t, q: &self.q, v: &self.v }, &mut self.stats)
+            {
                 let finite = self.q.iter().chain(&self.v).all(|y| y.is_finite());
                 return Err((if finite { Status::SingularMechanism } else { Status::NonFinite }, None));
             }
@@ -199,8 +202,8 @@ impl Run<'_> {
                     h = bound.min(first);
                 }
                 None => {
-                    let limits =
-                        self.method.next_limits(self.system, self.t, &self.q, &self.v, &mut self.stats);
+                    let at = StateAt { t: self.t, q: &self.q, v: &self.v };
+                    let limits = self.method.next_limits(self.system, at, &mut self.stats);
                     h = self.next_step(taken, error, &limits).max(least);
                     if limits.switched {
                         self.stats.switches += 1;

@@ -11,7 +11,7 @@
 use crate::integrators::dense::DenseStep;
 use crate::integrators::dop853_coefficients::{A, C, D, E3, E5, E5_OTHER, SLOPES, STAGES};
 use crate::integrators::stages::{Stages, Weights};
-use crate::integrators::{HybridSystem, NextLimits, Stats, Stepper};
+use crate::integrators::{HybridSystem, NextLimits, StateAt, Stats, Stepper};
 use crate::numerics::instant::Instant;
 
 /// Stability limit of the step times the fastest rate: 6.3 on the negative real axis (damping), 5.9 on the
@@ -106,11 +106,6 @@ impl Dop853 {
         }
     }
 
-    /// Factor by which the step after one of this stiffness may be longer within the stability limit.
-    pub(super) fn largest_growth(stiffness: f64) -> f64 {
-        if stiffness > 0.0 { STABLE / stiffness } else { f64::INFINITY }
-    }
-
     /// Evaluates the slope number `stage` from the ones before it.
     fn evaluate(&mut self, system: &mut dyn HybridSystem, stage: usize, stats: &mut Stats) -> bool {
         let d = self.d;
@@ -134,14 +129,8 @@ impl Stepper for Dop853 {
         }
     }
 
-    fn begin(
-        &mut self,
-        system: &mut dyn HybridSystem,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
-        stats: &mut Stats,
-    ) -> bool {
+    fn begin(&mut self, system: &mut dyn HybridSystem, at: StateAt, stats: &mut Stats) -> bool {
+        let StateAt { t, q, v } = at;
         let known = self.ended_at(t, q, v);
         self.t = t;
         self.step.start[..self.d].copy_from_slice(q);
@@ -232,11 +221,11 @@ impl Stepper for Dop853 {
     fn next_limits(
         &mut self,
         _system: &mut dyn HybridSystem,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
+        _at: StateAt,
         _stats: &mut Stats,
     ) -> NextLimits {
-        NextLimits { largest_growth: Self::largest_growth(self.stiffness()), ..NextLimits::UNLIMITED }
+        let stiffness = self.stiffness();
+        let largest_growth = if stiffness > 0.0 { STABLE / stiffness } else { f64::INFINITY };
+        NextLimits { largest_growth, ..NextLimits::UNLIMITED }
     }
 }

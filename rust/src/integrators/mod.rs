@@ -114,6 +114,17 @@ pub trait HybridSystem {
     }
 }
 
+/// A state at an instant.
+#[derive(Clone, Copy, Debug)]
+pub struct StateAt<'a> {
+    /// Instant [s].
+    pub t: f64,
+    /// Positions.
+    pub q: &'a [f64],
+    /// Velocities.
+    pub v: &'a [f64],
+}
+
 /// A one-step method.
 ///
 /// The loop over the steps calls [`Stepper::restart`] at the start of a phase, [`Stepper::begin`] once for
@@ -124,14 +135,7 @@ pub trait Stepper {
     fn restart(&mut self, position_tolerance: &[f64], velocity_tolerance: &[f64]);
 
     /// Computes what all attempts from a state need; false where the accelerations do not exist.
-    fn begin(
-        &mut self,
-        system: &mut dyn HybridSystem,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
-        stats: &mut Stats,
-    ) -> bool;
+    fn begin(&mut self, system: &mut dyn HybridSystem, at: StateAt, stats: &mut Stats) -> bool;
 
     /// Takes a step of length `h` from the state of the last [`Stepper::begin`]; false where
     /// something is not finite.
@@ -151,17 +155,16 @@ pub trait Stepper {
     /// Completes the dense output of the step; false where something is not finite.
     fn finish_dense(&mut self, system: &mut dyn HybridSystem, stats: &mut Stats) -> bool;
 
-    /// Called when the step was accepted and led to (q, v) at `t` in the same phase. Returns the factor by
-    /// which the next step may be longer within the region of absolute stability. A pair of methods may
-    /// switch here.
+    /// Called when the step was accepted and led to a state in the same phase. Returns the factor by which the next
+    /// step may be longer within the region of absolute stability. A pair of methods may switch here.
     fn next_limits(
         &mut self,
-        system: &mut dyn HybridSystem,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
-        stats: &mut Stats,
-    ) -> NextLimits;
+        _system: &mut dyn HybridSystem,
+        _at: StateAt,
+        _stats: &mut Stats,
+    ) -> NextLimits {
+        NextLimits::UNLIMITED
+    }
 }
 
 /// What a method allows for the step after an accepted one.

@@ -12,7 +12,7 @@ use crate::dynamics::Linearization;
 use crate::integrators::dense::DenseStep;
 use crate::integrators::stages::{Stages, Weights};
 use crate::integrators::tableaus::Tableau;
-use crate::integrators::{HybridSystem, NextLimits, Stats, Stepper};
+use crate::integrators::{HybridSystem, StateAt, Stats, Stepper};
 use crate::numerics::instant::Instant;
 use crate::numerics::linear::{lu_factor, lu_solve};
 
@@ -66,21 +66,14 @@ impl Rosenbrock {
         }
     }
 
-    /// The coefficients.
-    pub fn tableau(&self) -> &Tableau {
-        &self.tableau
-    }
-
-    /// Takes a step of length `h` from (q, v) at `t`, where the accelerations and their
-    /// derivatives are `linear`. Returns false where W is singular or something is not finite.
+    /// Takes a step of length `h` from a state where the accelerations and their derivatives are `linear`. Returns false
+    /// where W is singular or something is not finite.
     pub fn take(
         &mut self,
         system: &mut dyn HybridSystem,
         linear: &Linearization,
-        t: f64,
+        StateAt { t, q, v }: StateAt,
         h: f64,
-        q: &[f64],
-        v: &[f64],
     ) -> bool {
         let d = self.d;
         let Tableau { stages, gamma, alpha, d: time_weight, a, c, .. } = self.tableau;
@@ -160,11 +153,10 @@ impl Rosenbrock {
     pub(super) fn linearize(
         &mut self,
         system: &mut dyn HybridSystem,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
+        at: StateAt,
         stats: &mut Stats,
     ) -> bool {
+        let StateAt { t, q, v } = at;
         stats.jacobians += 1;
         stats.evaluations += 1;
         self.start.0 = t;
@@ -204,17 +196,11 @@ impl Stepper for Rosenbrock {
         }
     }
 
-    fn begin(
-        &mut self,
-        system: &mut dyn HybridSystem,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
-        stats: &mut Stats,
-    ) -> bool {
+    fn begin(&mut self, system: &mut dyn HybridSystem, at: StateAt, stats: &mut Stats) -> bool {
+        let StateAt { t, q, v } = at;
         let known = std::mem::take(&mut self.is_known)
             && (self.start.0, &self.start.1[..], &self.start.2[..]) == (t, q, v);
-        if !known && !self.linearize(system, t, q, v, stats) {
+        if !known && !self.linearize(system, at, stats) {
             return false;
         }
         self.is_known = false;
@@ -229,7 +215,7 @@ impl Stepper for Rosenbrock {
         // Moved out for the call, because `take` borrows all of self.
         let linear = std::mem::take(&mut self.linear);
         let (t, q, v) = std::mem::take(&mut self.start);
-        let finite = self.take(system, &linear, t, h, &q, &v);
+        let finite = self.take(system, &linear, StateAt { t, q: &q, v: &v }, h);
         self.linear = linear;
         self.start = (t, q, v);
         self.step.damping = h * self.damping();
@@ -248,16 +234,5 @@ impl Stepper for Rosenbrock {
     fn finish_dense(&mut self, _system: &mut dyn HybridSystem, _stats: &mut Stats) -> bool {
         Rosenbrock::finish_dense(self);
         true
-    }
-
-    fn next_limits(
-        &mut self,
-        _system: &mut dyn HybridSystem,
-        _t: f64,
-        _q: &[f64],
-        _v: &[f64],
-        _stats: &mut Stats,
-    ) -> NextLimits {
-        NextLimits::UNLIMITED
     }
 }

@@ -7,7 +7,7 @@ use crate::dynamics::Dynamics;
 use crate::error::{InputError, Problem, Subject};
 use crate::mechanism::branch::differs;
 use crate::mechanism::closing::{Closing, given_angle};
-use crate::mechanism::conditions::{Conditions, Level, column_units};
+use crate::mechanism::conditions::{Conditions, Level};
 use crate::mechanism::couplings::{check_couplings, check_laws, follow_drivers, offsets};
 use crate::mechanism::immovable::no_acceleration;
 use crate::mechanism::nearest::{Assembly, EQUAL};
@@ -44,32 +44,30 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<A
     let length = length_scale(scene);
     let d = tree.free.len();
     let mut dynamics = Dynamics::new(tree);
-    let mut conditions = Conditions::new(tree, scene);
+    let mut conditions = Conditions::new(tree, scene, length);
     let (q, warning) = match close_nearest(&mut dynamics, scene, &mut conditions, length, preferred) {
         Ok(closed) => closed,
         Err(residual) => {
             check_laws(&dynamics)?;
-            return Err(Subject::Scene.error(
-                "bodies",
-                format!(
-                    "the mechanism cannot be assembled with its loops closed and its clearance joints {}: from the \
-                     given angles a gap of {residual:.3e} m remains; check the lengths and the initial guesses of the \
-                     angles of the bodies{}{}",
-                    if scene.start.is_empty() { "concentric" } else { "as the start says" },
-                    if scene.start.is_empty() {
-                        ""
-                    } else {
-                        "; the start may also contradict itself or the drives"
-                    },
-                    excess(tree)
-                ),
-            ));
+            let message = format!(
+                "the mechanism cannot be assembled with its loops closed and its clearance joints {}: from the \
+                 given angles a gap of {residual:.3e} m remains; check the lengths and the initial guesses of the \
+                 angles of the bodies{}{}",
+                if scene.start.is_empty() { "concentric" } else { "as the start says" },
+                if scene.start.is_empty() {
+                    ""
+                } else {
+                    "; the start may also contradict itself or the drives"
+                },
+                excess(tree)
+            );
+            return Err(Subject::Scene.error("bodies", message));
         }
     };
     dynamics.move_to(0.0, &q, &vec![0.0; d]);
     check_couplings(&dynamics, length)?;
     let offsets = offsets(&dynamics);
-    conditions.open_plays(&dynamics, length, Level::Velocity);
+    conditions.open_plays(&dynamics, Level::Velocity);
     let v = close_velocities(&mut dynamics, &conditions, &q, length)?;
     check_directions(tree, &dynamics, length)?;
     dynamics.settle_switches();
@@ -77,7 +75,7 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<A
         return Err(Subject::Scene.error("forces", format!("at the start {fault}")));
     }
     let speed = speed_scale(tree, &dynamics, length);
-    check_mobility(tree, &dynamics, &conditions, length)?;
+    check_mobility(tree, &dynamics, &conditions)?;
     let levers = levers(tree, &dynamics);
     let mut accelerations = vec![0.0; d];
     if !dynamics.acceleration(0.0, &q, &v, &mut accelerations) {
@@ -86,7 +84,7 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<A
     dynamics.accelerate(&accelerations);
     let speed = if speed > 0.0 { speed } else { speed_from_rest(tree, &dynamics, length) };
     let contacts = contact_scales(&mut dynamics, speed, length);
-    let branch = conditions.branch(&dynamics, length);
+    let branch = conditions.branch(&dynamics);
     Ok(Assembled {
         start: State { q, v },
         scales: Scales { length, speed, levers, contacts },
@@ -111,7 +109,7 @@ fn close_nearest(
 ) -> Result<(Vec<f64>, Option<Problem>), f64> {
     let mut guess = initial_guess(dynamics.tree, scene);
     dynamics.move_to(0.0, &guess, &vec![0.0; guess.len()]);
-    conditions.open_plays(dynamics, length, Level::Position);
+    conditions.open_plays(dynamics, Level::Position);
     follow_drivers(dynamics, conditions, &mut guess);
     let (q, residual) = close_from(dynamics, conditions, &guess, length);
     let closes = |residual: f64| residual <= CLOSED * length;
@@ -119,7 +117,7 @@ fn close_nearest(
     if closes(residual) && conditions.couplings(dynamics.tree, Level::Position).next().is_some() {
         return Ok((q, None));
     }
-    let closing = Closing::new(dynamics, scene, conditions, &guess, length);
+    let closing = Closing::new(dynamics, scene, conditions, &guess);
     let loops = &closing.loops;
     let unknowns = closing.unknowns(&q);
     let mut first = loops.assembly(&unknowns);
@@ -133,8 +131,7 @@ fn close_nearest(
     }
     if is_certain {
         let mut at = closing.coordinates(&first.unknowns);
-        let moved =
-            first.unknowns != unknowns && closes(close_positions(dynamics, conditions, &mut at, length));
+        let moved = first.unknowns != unknowns && closes(close_positions(dynamics, conditions, &mut at));
         return Ok((if moved { at } else { q }, None));
     }
     let found = loops.search(&unknowns);
@@ -146,7 +143,7 @@ fn close_nearest(
         let mut at = closing.coordinates(&way.unknowns);
         if is_first && way.unknowns == unknowns {
             at.copy_from_slice(&q);
-        } else if !closes(close_positions(dynamics, conditions, &mut at, length)) {
+        } else if !closes(close_positions(dynamics, conditions, &mut at)) {
             continue;
         }
         ways.push((way, at));
@@ -157,7 +154,7 @@ fn close_nearest(
     let at_rest = vec![0.0; guess.len()];
     let is_preferred = |(_, at): &(Assembly, Vec<f64>)| {
         dynamics.move_to(0.0, at, &at_rest);
-        !differs(preferred, &conditions.branch(dynamics, length))
+        !differs(preferred, &conditions.branch(dynamics))
     };
     let place = ways.iter().position(is_preferred).unwrap_or(0);
     if ways.is_empty() {
@@ -177,12 +174,12 @@ fn close_from(
     length: f64,
 ) -> (Vec<f64>, f64) {
     let mut q = guess.to_vec();
-    slide_together(dynamics, conditions, &mut q, length);
-    let mut residual = close_positions(dynamics, conditions, &mut q, length);
+    slide_together(dynamics, conditions, &mut q);
+    let mut residual = close_positions(dynamics, conditions, &mut q);
     if residual.is_nan() || residual > CLOSED * length {
         // From the translated position Newton's method may stall where the initial guess does not.
         q.copy_from_slice(guess);
-        residual = close_positions(dynamics, conditions, &mut q, length);
+        residual = close_positions(dynamics, conditions, &mut q);
     }
     (q, residual)
 }
@@ -234,29 +231,21 @@ fn check_directions(tree: &Tree, dynamics: &Dynamics, length: f64) -> Result<(),
 
 /// Checks that every closure adds two independent equations: otherwise a joint is redundant
 /// (its forces are undetermined) or the configuration is a change point. Also checks that something can move.
-fn check_mobility(
-    tree: &Tree,
-    dynamics: &Dynamics,
-    conditions: &Conditions,
-    length: f64,
-) -> Result<(), InputError> {
-    let units = column_units(tree, length);
-    let (_, jacobian) = conditions.positions(dynamics, &units, length.log2().ceil().exp2());
+fn check_mobility(tree: &Tree, dynamics: &Dynamics, conditions: &Conditions) -> Result<(), InputError> {
+    let (_, jacobian) = conditions.positions(dynamics);
     for (index, closure) in tree.closures.iter().enumerate() {
         let rows = 2 * (index + 1);
         let part = jacobian.rows(0, rows).into_owned();
         let rank = if part.ncols() == 0 { 0 } else { part.clone().rank(SINGULAR_VELOCITY * part.amax()) };
         if rank < rows {
-            return Err(Subject::Scene.error(
-                "joints",
-                format!(
-                    "joint {:?} closes a loop that the other joints and drives already keep closed, in the assembled \
-                     configuration: it is redundant (remove it or give it clearance), or the mechanism starts at a \
-                     change point with links in line (start it elsewhere){}",
-                    closure.name,
-                    excess(tree)
-                ),
-            ));
+            let message = format!(
+                "joint {:?} closes a loop that the other joints and drives already keep closed, in the assembled \
+                 configuration: it is redundant (remove it or give it clearance), or the mechanism starts at a \
+                 change point with links in line (start it elsewhere){}",
+                closure.name,
+                excess(tree)
+            );
+            return Err(Subject::Scene.error("joints", message));
         }
     }
     // The closures are independent here, so counting decides.
@@ -335,7 +324,7 @@ pub(super) const SINGULAR_VELOCITY: f64 = 1e-6;
 
 /// Least-squares solution of smallest norm; directions with a relative singular value below
 /// `cutoff` are left out.
-fn least_squares(jacobian: DMatrix<f64>, right: &DVector<f64>, cutoff: f64) -> DVector<f64> {
+pub(super) fn least_squares(jacobian: DMatrix<f64>, right: &DVector<f64>, cutoff: f64) -> DVector<f64> {
     let columns = jacobian.ncols();
     let largest = jacobian.amax();
     // The decomposition panics on NaN; the remaining gap then reports the failure.
@@ -347,12 +336,10 @@ fn least_squares(jacobian: DMatrix<f64>, right: &DVector<f64>, cutoff: f64) -> D
 
 /// Closes the gaps as far as translations alone can: the scene gives angles and no positions, so a body
 /// without ideal joints keeps its angle. Gaps are linear in the translations.
-fn slide_together(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f64], length: f64) {
+fn slide_together(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f64]) {
     let tree = dynamics.tree;
-    let units = column_units(tree, length);
-    let unit = length.log2().ceil().exp2();
     dynamics.move_to(0.0, q, &vec![0.0; q.len()]);
-    let (residual, mut jacobian) = conditions.positions(dynamics, &units, unit);
+    let (residual, mut jacobian) = conditions.positions(dynamics);
     for (k, &column) in tree.free.iter().enumerate() {
         if tree.frames[column + 1].kind == FrameKind::Revolute {
             jacobian.column_mut(k).fill(0.0);
@@ -360,18 +347,15 @@ fn slide_together(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f64
     }
     let step = least_squares(jacobian, &residual, SINGULAR);
     for (k, value) in q.iter_mut().enumerate() {
-        *value -= step[k] * units[k];
+        *value -= step[k] * conditions.units[k];
     }
 }
 
 /// Newton's method with step halving on the conditions; returns the remaining residual [m].
-fn close_positions(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f64], length: f64) -> f64 {
-    let tree = dynamics.tree;
+fn close_positions(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f64]) -> f64 {
     let at_rest = vec![0.0; q.len()];
-    let units = column_units(tree, length);
-    let unit = length.log2().ceil().exp2();
     dynamics.move_to(0.0, q, &at_rest);
-    let (mut residual, mut jacobian) = conditions.positions(dynamics, &units, unit);
+    let (mut residual, mut jacobian) = conditions.positions(dynamics);
     for _ in 0..ITERATIONS {
         let size = residual.norm();
         if size == 0.0 {
@@ -382,22 +366,22 @@ fn close_positions(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f6
         let mut fraction = 1.0;
         loop {
             for (k, value) in trial.iter_mut().enumerate() {
-                *value = q[k] - fraction * step[k] * units[k];
+                *value = q[k] - fraction * step[k] * conditions.units[k];
             }
             dynamics.move_to(0.0, &trial, &at_rest);
-            (residual, jacobian) = conditions.positions(dynamics, &units, unit);
+            (residual, jacobian) = conditions.positions(dynamics);
             if residual.norm() < size {
                 break;
             }
             fraction *= 0.5;
             // No shorter step reduces the residual: it is at rounding level, or the gap cannot be closed.
             if fraction < 1e-6 {
-                return size * unit;
+                return size * conditions.unit;
             }
         }
         q.copy_from_slice(&trial);
     }
-    residual.norm() * unit
+    residual.norm() * conditions.unit
 }
 
 /// Gap rate relative to the speed of the mechanism that counts as a rounding error of the velocities.
@@ -416,29 +400,27 @@ fn close_velocities(
     length: f64,
 ) -> Result<Vec<f64>, InputError> {
     let tree = dynamics.tree;
-    let units = column_units(tree, length);
-    let unit = length.log2().ceil().exp2();
     let mut v = vec![0.0; q.len()];
     // The conditions are linear in v: the second pass only removes rounding errors of the first.
     for _ in 0..2 {
         dynamics.move_to(0.0, q, &v);
-        let (residual, jacobian) = conditions.velocities(dynamics, &units, unit);
+        let (residual, jacobian) = conditions.velocities(dynamics);
         let step = least_squares(jacobian, &residual, SINGULAR_VELOCITY);
         for (k, value) in v.iter_mut().enumerate() {
-            *value -= step[k] * units[k];
+            *value -= step[k] * conditions.units[k];
         }
     }
     dynamics.move_to(0.0, q, &v);
-    let (remaining, _) = conditions.velocities(dynamics, &units, unit);
-    let rounding = CLOSED_RATE * speed_scale(tree, dynamics, length) / unit;
+    let (remaining, _) = conditions.velocities(dynamics);
+    let rounding = CLOSED_RATE * speed_scale(tree, dynamics, length) / conditions.unit;
     let is_closed = |remaining: &[f64]| remaining.iter().all(|rate| rate.abs() <= rounding);
     if is_closed(remaining.as_slice()) {
         return Ok(v);
     }
     // What the joints demand stands before what the start gives.
     dynamics.move_to(0.0, q, &vec![0.0; q.len()]);
-    let (right, jacobian) = conditions.velocities(dynamics, &units, unit);
-    let rates = conditions.given_rates(tree, unit);
+    let (right, jacobian) = conditions.velocities(dynamics);
+    let rates = conditions.given_rates(tree);
     let rows = |is_given: bool| -> Vec<usize> {
         (0..rates.len()).filter(|&row| rates[row].is_some() == is_given).collect()
     };
@@ -449,15 +431,13 @@ fn close_velocities(
     if given.is_empty() || !is_closed(open.as_slice()) {
         // The least-squares solution leaves a gap rate only where no velocity keeps the joints closed: the
         // configuration is singular and the drive acts against it.
-        return Err(Subject::Scene.error(
-            "bodies",
-            format!(
-                "the assembled configuration is singular: no velocity keeps the joints together (remaining rate {:.3e} \
-                 m/s); start the drive at another angle{}",
-                open.amax() * unit,
-                excess(tree)
-            ),
-        ));
+        let message = format!(
+            "the assembled configuration is singular: no velocity keeps the joints together (remaining rate {:.3e} \
+             m/s); start the drive at another angle{}",
+            open.amax() * conditions.unit,
+            excess(tree)
+        );
+        return Err(Subject::Scene.error("bodies", message));
     }
     let free = free_directions(demands);
     let more = least_squares(&gives * &free, &(&given - &gives * &least), SINGULAR_VELOCITY);
@@ -465,17 +445,15 @@ fn close_velocities(
     let off = (&given - &gives * &step).amax();
     let largest = rates.iter().flatten().fold(0.0_f64, |largest, rate| largest.max(rate.abs()));
     if off.is_nan() || off > rounding.max(DIGITS * largest) {
-        return Err(Subject::Scene.error(
-            "start",
-            format!(
-                "the start contradicts itself or the drives: the rates that the joints allow nearest to the given ones \
-                 differ by {:.2} % of the largest of these; give fewer rates, or such as agree to two digits",
-                100.0 * off / largest
-            ),
-        ));
+        let message = format!(
+            "the start contradicts itself or the drives: the rates that the joints allow nearest to the given ones \
+             differ by {:.2} % of the largest of these; give fewer rates, or such as agree to two digits",
+            100.0 * off / largest
+        );
+        return Err(Subject::Scene.error("start", message));
     }
     for (k, value) in v.iter_mut().enumerate() {
-        *value = -step[k] * units[k];
+        *value = -step[k] * conditions.units[k];
     }
     dynamics.move_to(0.0, q, &v);
     Ok(v)

@@ -3,7 +3,7 @@
 use nalgebra::Complex;
 
 use crate::dynamics::Dynamics;
-use crate::mechanism::conditions::{Conditions, Pair, Place, column_units};
+use crate::mechanism::conditions::{Conditions, Pair, Place};
 use crate::mechanism::vector_loops::{VectorLoops, Wanted, along, tidy, turned};
 use crate::numerics::turns::wrap;
 use crate::scene::parts::{Body, Scene, Start};
@@ -43,16 +43,14 @@ impl Closing {
         scene: &Scene,
         conditions: &Conditions,
         guess: &[f64],
-        length: f64,
     ) -> Self {
         let tree = dynamics.tree;
-        let unit = length.log2().ceil().exp2();
+        let unit = conditions.unit;
         let d = guess.len();
         let slides = |k: usize| tree.frames[tree.free[k] + 1].kind != FrameKind::Revolute;
         let guess: Vec<f64> = (0..d).map(|k| if slides(k) { 0.0 } else { guess[k] }).collect();
         dynamics.move_to(0.0, &guess, &vec![0.0; d]);
-        let units = column_units(tree, length);
-        let (residual, jacobian) = conditions.positions(dynamics, &units, unit);
+        let (residual, jacobian) = conditions.positions(dynamics);
         let carrier = |frame: usize, below: usize| {
             let mut above = tree.paths[frame].free.iter().map(|&(_, k)| k);
             above.rfind(|&k| !slides(k) && k != below)
@@ -102,7 +100,7 @@ impl Closing {
             ..VectorLoops::default()
         };
         for (pair, Pair { points, place, .. }) in conditions.pairs.iter().enumerate() {
-            let (vector, columns) = conditions.vector(dynamics, pair, &units, unit);
+            let (vector, columns) = conditions.vector(dynamics, pair);
             let complex = |vector: Vec2| Complex::new(vector.x, vector.y);
             let mut constant = complex(vector);
             let mut links = vec![Complex::new(0.0, 0.0); roots.len()];

@@ -11,21 +11,13 @@ use crate::scene::parts::{Scene, Start};
 use crate::tree::elements::{Coupling, FramePoint, Guide, IdealKind, Realization, Tree};
 use crate::tree::kinematics::{FrameKind, Vec2, perp};
 
-/// Unit of each free coordinate for least squares: 1 rad, or the size of the mechanism rounded to a
-/// power of two, so that a scene in other units takes the same steps to the last bit.
-pub(super) fn column_units(tree: &Tree, length: f64) -> Vec<f64> {
-    let unit = length.log2().ceil().exp2();
-    tree.free
-        .iter()
-        .map(|&column| match tree.frames[column + 1].kind {
-            FrameKind::Revolute => 1.0,
-            FrameKind::Prismatic { .. } => unit,
-        })
-        .collect()
-}
-
 /// Equations of the start.
 pub(super) struct Conditions {
+    /// Size of the mechanism [m], rounded to a power of two, so that a scene in other units takes the same steps to the
+    /// last bit.
+    pub(super) unit: f64,
+    /// Unit of each free coordinate for least squares: 1 rad, or that size.
+    pub(super) units: Vec<f64>,
     /// Pairs of points: loop closures, then joints with clearance.
     pub(super) pairs: Vec<Pair>,
     /// Coordinates given in the scene, and the tilt of guides with play.
@@ -91,7 +83,12 @@ impl GivenCoordinate {
 }
 
 impl Conditions {
-    pub(super) fn new(tree: &Tree, scene: &Scene) -> Self {
+    pub(super) fn new(tree: &Tree, scene: &Scene, length: f64) -> Self {
+        let unit = length.log2().ceil().exp2();
+        let units = tree.free.iter().map(|&column| match tree.frames[column + 1].kind {
+            FrameKind::Revolute => 1.0,
+            FrameKind::Prismatic { .. } => unit,
+        });
         let closures = tree.closures.iter().map(|closure| Pair {
             points: [closure.a, closure.b],
             place: Place::Vector { vector: Vec2::zeros(), rate: Vec2::zeros() },
@@ -122,6 +119,8 @@ impl Conditions {
         let tilts = tree.guides.iter().filter_map(|guide| tilt_of(tree, scene, guide));
         let given = scene.start.iter().filter_map(|start| given_coordinate(tree, start));
         Self {
+            unit,
+            units: units.collect(),
             pairs: closures.chain(bearings).chain(guides).collect(),
             coordinates: given.chain(tilts).collect(),
             in_the_middle: [Vec::new(), Vec::new()],
@@ -130,10 +129,9 @@ impl Conditions {
 
     /// Lets couplings with backlash start as those without, where the start does not say otherwise, in the pose last moved
     /// to.
-    pub(super) fn open_plays(&mut self, dynamics: &Dynamics, length: f64, level: Level) {
-        let (units, unit) = (column_units(dynamics.tree, length), length.log2().ceil().exp2());
+    pub(super) fn open_plays(&mut self, dynamics: &Dynamics, level: Level) {
         let rank = |conditions: &Self| {
-            let jacobian = conditions.jacobian(dynamics, &units, unit, level);
+            let jacobian = conditions.jacobian(dynamics, level);
             let cutoff = SINGULAR_VELOCITY * jacobian.amax();
             if jacobian.is_empty() || !cutoff.is_finite() { 0 } else { jacobian.rank(cutoff) }
         };
@@ -194,14 +192,8 @@ impl Conditions {
     }
 
     /// The vector between the points of a pair, less that which is given in the axes of the world, and its derivatives
-    /// with respect to the free coordinates; divided by `unit` and multiplied by the `units` of the coordinates.
-    pub(super) fn vector(
-        &self,
-        dynamics: &Dynamics,
-        pair: usize,
-        units: &[f64],
-        unit: f64,
-    ) -> (Vec2, Vec<Vec2>) {
+    /// with respect to the free coordinates, in their units.
+    pub(super) fn vector(&self, dynamics: &Dynamics, pair: usize) -> (Vec2, Vec<Vec2>) {
         let Pair { points, place, .. } = &self.pairs[pair];
         let [from, to] = points.map(|point| dynamics.point(point).position);
         let given = match place {
@@ -209,18 +201,13 @@ impl Conditions {
             Place::Guided { .. } => Vec2::zeros(),
         };
         let columns = dynamics.gap_columns(*points);
-        let free = dynamics.tree.free.iter().zip(units);
+        let (unit, free) = (self.unit, dynamics.tree.free.iter().zip(&self.units));
         ((to - from - given) / unit, free.map(|(&column, units)| columns[column] / unit * *units).collect())
     }
 
-    /// Residuals of the positions, and their Jacobian with respect to the free
-    /// coordinates. Lengths are divided by `unit`, columns multiplied by the `units` of the coordinates.
-    pub(super) fn positions(
-        &self,
-        dynamics: &Dynamics,
-        units: &[f64],
-        unit: f64,
-    ) -> (DVector<f64>, DMatrix<f64>) {
+    /// Residuals of the positions, and their Jacobian with respect to the free coordinates, in their units.
+    pub(super) fn positions(&self, dynamics: &Dynamics) -> (DVector<f64>, DMatrix<f64>) {
+        let unit = self.unit;
         let mut residual = Vec::new();
         for Row { pair, direction, turns, wanted } in self.rows(Level::Position) {
             let points = self.pairs[pair].points;
@@ -238,16 +225,12 @@ impl Conditions {
             let gap = dynamics.coupling_motion(coupling).gap;
             residual.push(if coupling.driven.slide.is_some() { gap / unit } else { wrap(gap).0 });
         }
-        (DVector::from_vec(residual), self.jacobian(dynamics, units, unit, Level::Position))
+        (DVector::from_vec(residual), self.jacobian(dynamics, Level::Position))
     }
 
     /// The same for the velocities.
-    pub(super) fn velocities(
-        &self,
-        dynamics: &Dynamics,
-        units: &[f64],
-        unit: f64,
-    ) -> (DVector<f64>, DMatrix<f64>) {
+    pub(super) fn velocities(&self, dynamics: &Dynamics) -> (DVector<f64>, DMatrix<f64>) {
+        let unit = self.unit;
         let mut residual = Vec::new();
         for Row { pair, direction, turns, wanted } in self.rows(Level::Velocity) {
             let points = self.pairs[pair].points;
@@ -268,11 +251,12 @@ impl Conditions {
         for coupling in self.couplings(dynamics.tree, Level::Velocity) {
             residual.push(dynamics.coupling_motion(coupling).rate / coupling_unit(coupling, unit));
         }
-        (DVector::from_vec(residual), self.jacobian(dynamics, units, unit, Level::Velocity))
+        (DVector::from_vec(residual), self.jacobian(dynamics, Level::Velocity))
     }
 
     /// The rate that the start gives in each row of the velocities; none where the joints demand it.
-    pub(super) fn given_rates(&self, tree: &Tree, unit: f64) -> Vec<Option<f64>> {
+    pub(super) fn given_rates(&self, tree: &Tree) -> Vec<Option<f64>> {
+        let unit = self.unit;
         let rows = self.rows(Level::Velocity).into_iter();
         let pairs = rows.map(|row| self.pairs[row.pair].is_given.then_some(row.wanted / unit));
         let coordinates = self
@@ -283,10 +267,9 @@ impl Conditions {
     }
 
     /// The signs of the branch in the pose last moved to.
-    pub(super) fn branch(&self, dynamics: &Dynamics, length: f64) -> Vec<i8> {
+    pub(super) fn branch(&self, dynamics: &Dynamics) -> Vec<i8> {
         let tree = dynamics.tree;
-        let (_, jacobian) =
-            self.positions(dynamics, &column_units(tree, length), length.log2().ceil().exp2());
+        let jacobian = self.jacobian(dynamics, Level::Position);
         let rows = self.rows(Level::Position);
         let pairs = self.pairs.iter().enumerate().map(|(index, Pair { points: [a, b], .. })| {
             let moves = |frame: usize, freedom: usize| {
@@ -310,7 +293,8 @@ impl Conditions {
         branch(&jacobian, pairs.chain(given).chain(couplings).collect())
     }
 
-    fn jacobian(&self, dynamics: &Dynamics, units: &[f64], unit: f64, level: Level) -> DMatrix<f64> {
+    fn jacobian(&self, dynamics: &Dynamics, level: Level) -> DMatrix<f64> {
+        let Self { unit, units, .. } = self;
         let tree = dynamics.tree;
         let rows = self.rows(level);
         let given = self.given(level).count();
@@ -341,7 +325,7 @@ impl Conditions {
             let columns = dynamics.coupling_columns(coupling);
             for (freedom, &column) in tree.free.iter().enumerate() {
                 jacobian[(rows.len() + given + row, freedom)] =
-                    columns[column] / coupling_unit(coupling, unit) * units[freedom];
+                    columns[column] / coupling_unit(coupling, *unit) * units[freedom];
             }
         }
         jacobian

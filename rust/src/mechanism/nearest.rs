@@ -8,8 +8,9 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{Complex, DMatrix, DVector};
+use nalgebra::{Complex, DVector};
 
+use crate::mechanism::assembly::least_squares;
 use crate::mechanism::vector_loops::{CLOSED, EQUALLY_NEAR, NEGLIGIBLE, VectorLoops, Wanted, along, turned};
 use crate::numerics::turns::wrap;
 
@@ -121,7 +122,7 @@ impl VectorLoops {
                 _ => 0.0,
             });
             let jacobian = self.jacobian(&at);
-            let held = solve(jacobian.clone(), &(&jacobian * &pull));
+            let held = least_squares(jacobian.clone(), &(&jacobian * &pull), NEGLIGIBLE);
             let free = pull - held;
             if part * free.amax() < SETTLED {
                 break;
@@ -145,7 +146,7 @@ impl VectorLoops {
             if gaps.amax() <= NEGLIGIBLE.sqrt() * CLOSED.sqrt() {
                 return Some(at);
             }
-            let step = solve(self.jacobian(&at), &gaps);
+            let step = least_squares(self.jacobian(&at), &gaps, NEGLIGIBLE);
             let largest = step.rows(0, self.turns()).amax();
             let fraction = if largest > 1.0 { 1.0 / largest } else { 1.0 };
             at = self.moved(&at, &step, -fraction);
@@ -310,14 +311,4 @@ fn on_line(start: Complex<f64>, axis: Complex<f64>, length: f64) -> Vec<f64> {
     }
     let half = square.max(0.0).sqrt() / axis.norm();
     if half == 0.0 { vec![foot] } else { vec![foot + half, foot - half] }
-}
-
-/// Least-squares solution of smallest norm.
-fn solve(matrix: DMatrix<f64>, right: &DVector<f64>) -> DVector<f64> {
-    let columns = matrix.ncols();
-    let largest = matrix.amax();
-    if largest == 0.0 || !matrix.iter().chain(right).all(|x| x.is_finite()) {
-        return DVector::zeros(columns);
-    }
-    matrix.svd(true, true).solve(right, NEGLIGIBLE * largest).unwrap_or_else(|_| DVector::zeros(columns))
 }

@@ -5,6 +5,8 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::numerics::jet::derivatives;
+
 /// A number type of the force laws: `f64` or [`Dual`].
 pub trait Scalar:
     Copy
@@ -24,15 +26,30 @@ pub trait Scalar:
     /// A function f of the number, by its value and first three derivatives there.
     fn compose(self, derivatives: [f64; 4]) -> Self;
     /// Square root.
-    fn sqrt(self) -> Self;
+    #[inline]
+    fn sqrt(self) -> Self {
+        self.compose(derivatives::sqrt(self.value()))
+    }
     /// Power with a constant exponent.
-    fn powf(self, exponent: f64) -> Self;
+    #[inline]
+    fn powf(self, exponent: f64) -> Self {
+        self.compose(derivatives::power(self.value(), exponent))
+    }
     /// Sine.
-    fn sin(self) -> Self;
+    #[inline]
+    fn sin(self) -> Self {
+        self.compose(derivatives::sin(self.value()))
+    }
     /// Cosine.
-    fn cos(self) -> Self;
+    #[inline]
+    fn cos(self) -> Self {
+        self.compose(derivatives::cos(self.value()))
+    }
     /// Hyperbolic tangent.
-    fn tanh(self) -> Self;
+    #[inline]
+    fn tanh(self) -> Self {
+        self.compose(derivatives::tanh(self.value()))
+    }
     /// Angle of the vector with this number as its second component and `x` as its first.
     fn atan2(self, x: Self) -> Self {
         let angle = self.value().atan2(x.value());
@@ -103,23 +120,6 @@ impl<const N: usize> Scalar for Dual<N> {
     }
     fn compose(self, [value, slope, ..]: [f64; 4]) -> Self {
         self.chain(value, slope)
-    }
-    fn sqrt(self) -> Self {
-        let root = self.value.sqrt();
-        self.chain(root, 0.5 / root)
-    }
-    fn powf(self, exponent: f64) -> Self {
-        self.chain(self.value.powf(exponent), exponent * self.value.powf(exponent - 1.0))
-    }
-    fn sin(self) -> Self {
-        self.chain(self.value.sin(), self.value.cos())
-    }
-    fn cos(self) -> Self {
-        self.chain(self.value.cos(), -self.value.sin())
-    }
-    fn tanh(self) -> Self {
-        let value = self.value.tanh();
-        self.chain(value, 1.0 - value * value)
     }
 }
 

@@ -108,21 +108,6 @@ impl Scalar for Jet {
             third * x1 * x1 * x1 + 3.0 * second * x1 * x2 + first * x3,
         ])
     }
-    fn sqrt(self) -> Self {
-        self.compose(derivatives::sqrt(self.value()))
-    }
-    fn powf(self, exponent: f64) -> Self {
-        self.compose(derivatives::power(self.value(), exponent))
-    }
-    fn sin(self) -> Self {
-        self.compose(derivatives::sin(self.value()))
-    }
-    fn cos(self) -> Self {
-        self.compose(derivatives::cos(self.value()))
-    }
-    fn tanh(self) -> Self {
-        self.compose(derivatives::tanh(self.value()))
-    }
 }
 
 impl Add for Jet {

@@ -227,25 +227,21 @@ pub(crate) fn check_restart(mechanism: &Mechanism, restart: &Restart) -> Result<
             .is_none_or(|work| work.contacts.len() == joints && work.dry_joints.len() == tractions.len())
         && turns.len() == mechanism.frames.len() - 1;
     if !fits {
-        return Err(Subject::Start.error(
-            "start",
-            format!(
-                "belongs to another mechanism: this one has {d} coordinates and {joints} joints with clearance, \
-                 got {} and {}",
-                restart.q.len(),
-                phases.len()
-            ),
-        ));
+        let message = format!(
+            "belongs to another mechanism: this one has {d} coordinates and {joints} joints with clearance, \
+             got {} and {}",
+            restart.q.len(),
+            phases.len()
+        );
+        return Err(Subject::Start.error("start", message));
     }
     if restart.parts != parts(mechanism) {
-        return Err(Subject::Start.error(
-            "start",
-            format!(
-                "belongs to another mechanism: this one has {}, got {}",
-                parts(mechanism).join(", "),
-                restart.parts.join(", ")
-            ),
-        ));
+        let message = format!(
+            "belongs to another mechanism: this one has {}, got {}",
+            parts(mechanism).join(", "),
+            restart.parts.join(", ")
+        );
+        return Err(Subject::Start.error("start", message));
     }
     restart.check()
 }

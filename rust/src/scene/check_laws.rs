@@ -7,7 +7,7 @@ use crate::contact::friction::{FrictionLaw, JointFriction};
 use crate::contact::normal::{Damping, NormalLaw};
 use crate::contact::pair::SlidingVelocity;
 use crate::contact::sticking::StickSlip;
-use crate::error::{Problem, refused};
+use crate::error::refused;
 use crate::expression::dimension::{Dimension, unit};
 use crate::scene::check::Checker;
 use crate::scene::functions::BUSHING;
@@ -73,52 +73,49 @@ fn fault_of_friction(formula: &Formula) -> Option<String> {
 /// Fewest sectors of a worn bearing: each spans an eighth of a turn at most.
 const LEAST_SECTORS: usize = 8;
 
-impl Checker {
+impl Checker<'_> {
     /// Checks a law of a joint in a scene of a size [m].
-    pub(super) fn normal_law(&mut self, path: &str, law: &NormalLaw, size: f64) {
+    pub(super) fn normal_law(&mut self, law: &NormalLaw, size: f64) {
         if let Some(formula) = law.formula() {
             if let Some(message) = fault_of_force(formula, size) {
-                self.add(format!("{path}.force"), message);
+                self.add("force", message);
             }
             return;
         }
-        self.positive(&format!("{path}.stiffness"), "N/m^exponent", law.stiffness);
-        self.at_least(&format!("{path}.exponent"), "-", law.exponent, 1.0);
+        self.positive("stiffness", "N/m^exponent", law.stiffness);
+        self.at_least("exponent", "-", law.exponent, 1.0);
         match law.damping {
             Damping::Elastic | Damping::Formula { .. } => {}
             Damping::LankaraniNikravesh { restitution }
             | Damping::Flores { restitution }
             | Damping::ExactRestitution { restitution, .. } => {
-                self.fraction(&format!("{path}.restitution"), restitution);
+                self.fraction("restitution", restitution);
             }
             Damping::KelvinVoigt { damping } => {
-                self.at_least(&format!("{path}.damping"), "N s/m", damping, 0.0);
+                self.at_least("damping", "N s/m", damping, 0.0);
             }
             Damping::Impact { damping, depth } => {
-                self.at_least(&format!("{path}.damping"), "N s/m", damping, 0.0);
-                self.positive(&format!("{path}.depth"), "m", depth);
+                self.at_least("damping", "N s/m", damping, 0.0);
+                self.positive("depth", "m", depth);
             }
             Damping::HuntCrossley { hysteresis_factor } => {
-                self.at_least(&format!("{path}.hysteresis_factor"), "s/m", hysteresis_factor, 0.0);
+                self.at_least("hysteresis_factor", "s/m", hysteresis_factor, 0.0);
             }
         }
     }
 
     /// Checks the worn profile of a bearing, and that its laws are those of its pressures.
-    pub(super) fn profile(&mut self, path: &str, joint: &Joint) {
+    pub(super) fn profile(&mut self, joint: &Joint) {
         let Joint::Clearance { profile, contact, friction, sliding, film, .. } = joint else { return };
         if profile.is_empty() {
             return;
         }
         if profile.len() < LEAST_SECTORS {
             let got = profile.len();
-            self.add(
-                format!("{path}.profile"),
-                format!("must have at least {LEAST_SECTORS} sectors, got {got}"),
-            );
+            self.add("profile", format!("must have at least {LEAST_SECTORS} sectors, got {got}"));
         }
         for (index, depth) in profile.iter().enumerate() {
-            self.at_least(&format!("{path}.profile[{index}]"), "m", *depth, 0.0);
+            self.at_least(&format!("profile[{index}]"), "m", *depth, 0.0);
         }
         let exponent = contact.exponent == 1.5;
         let damped = matches!(
@@ -137,38 +134,39 @@ impl Checker {
         ];
         for (is_wrong, field, problem) in problems {
             if is_wrong {
-                self.add(format!("{path}.{field}"), format!("{problem}, in a bearing with a profile"));
+                self.add(field, format!("{problem}, in a bearing with a profile"));
             }
         }
     }
 
     /// Checks a force or torque of the given dimension.
-    pub(super) fn load(&mut self, scene: &Scene, path: &str, dimension: Dimension, load: &Load) {
+    pub(super) fn load(&mut self, scene: &Scene, field: &str, dimension: Dimension, load: &Load) {
         match load {
-            Load::Time(function) => self.function(path, &unit(dimension), function),
-            Load::Motion(expression) => self.problems.extend(expression.problems(scene, path, dimension)),
+            Load::Time(function) => self.function(field, &unit(dimension), function),
+            Load::Motion(expression) => self.expression(scene, field, dimension, expression),
         }
     }
 
-    pub(super) fn function(&mut self, path: &str, unit: &str, function: &TimeFunction) {
+    pub(super) fn function(&mut self, field: &str, unit: &str, function: &TimeFunction) {
         match function {
             TimeFunction::Polynomial(coefficients) => match coefficients[..] {
                 [value] => {
-                    self.finite(path, unit, value);
+                    self.finite(field, unit, value);
                 }
                 _ => coefficients.iter().enumerate().for_each(|(k, &coefficient)| {
                     self.finite(
-                        &format!("{path}.coefficients[{k}]"),
+                        &format!("{field}.coefficients[{k}]"),
                         &format!("{unit} / s^{k}"),
                         coefficient,
                     );
                 }),
             },
             TimeFunction::Harmonic { mean, amplitude, angular_frequency, phase } => {
-                self.finite(&format!("{path}.mean"), unit, *mean);
-                self.finite(&format!("{path}.amplitude"), unit, *amplitude);
-                self.finite(&format!("{path}.angular_frequency"), "rad/s", *angular_frequency);
-                self.finite(&format!("{path}.phase"), "rad", *phase);
+                let mut inside = self.inside(field);
+                inside.finite("mean", unit, *mean);
+                inside.finite("amplitude", unit, *amplitude);
+                inside.finite("angular_frequency", "rad/s", *angular_frequency);
+                inside.finite("phase", "rad", *phase);
             }
             // The points of a spline and the names of a formula were checked when they were read.
             TimeFunction::Table(_) | TimeFunction::Formula(_) => {}
@@ -176,54 +174,48 @@ impl Checker {
     }
 
     /// Checks the formulas in the place of the numbers of a bushing.
-    pub(super) fn formulas(&mut self, scene: &Scene, path: &str, formulas: &[Option<Box<Expression>>; 4]) {
+    pub(super) fn formulas(&mut self, scene: &Scene, formulas: &[Option<Box<Expression>>; 4]) {
         for ((field, dimension), formula) in BUSHING.into_iter().zip(formulas) {
-            let Some(formula) = formula else { continue };
-            for Problem { path, message } in formula.problems(scene, &format!("{path}.{field}"), dimension) {
-                self.add(path, message);
+            if let Some(formula) = formula {
+                self.expression(scene, field, dimension, formula);
             }
         }
     }
 
-    pub(super) fn lubricant(&mut self, path: &str, lubricant: &Lubricant, journal_radius: f64) {
+    pub(super) fn lubricant(&mut self, lubricant: &Lubricant, journal_radius: f64) {
         let Lubricant { viscosity, length, roughness, has_finite_width } = *lubricant;
-        self.positive(&format!("{path}.viscosity"), "Pa s", viscosity);
-        self.positive(&format!("{path}.roughness"), "m", roughness);
-        let path = format!("{path}.length");
-        self.positive(&path, "m", length);
+        self.positive("viscosity", "Pa s", viscosity);
+        self.positive("roughness", "m", roughness);
+        self.positive("length", "m", length);
         let [narrow, wide] = FINITE_WIDTHS;
-        let ratio = length / (2.0 * journal_radius);
+        let diameter = 2.0 * journal_radius;
+        let ratio = length / diameter;
         if ratio > wide {
-            self.add(
-                path,
-                format!(
-                    "must be at most the diameter, {} [m]: the film is that of a short bearing, got {length}",
-                    2.0 * journal_radius
-                ),
+            let message = format!(
+                "must be at most the diameter, {diameter} [m]: the film is that of a short bearing, got {length}"
             );
+            self.add("length", message);
         } else if has_finite_width && ratio > 0.0 && ratio < narrow {
-            self.add(
-                path,
-                format!(
-                    "must be at least {narrow} of the diameter, {} [m], for a finite bearing, got {length}: \
-                     a short bearing holds below",
-                    2.0 * narrow * journal_radius
-                ),
+            let message = format!(
+                "must be at least {narrow} of the diameter, {} [m], for a finite bearing, got {length}: a short bearing \
+                 holds below",
+                2.0 * narrow * journal_radius
             );
+            self.add("length", message);
         }
     }
 
-    pub(super) fn friction(&mut self, path: &str, law: &FrictionLaw) {
+    pub(super) fn friction(&mut self, law: &FrictionLaw) {
         let (static_coefficient, sliding_coefficient, stick_slip_velocity, static_sliding_velocity) =
             match *law {
                 FrictionLaw::SmoothedCoulomb { coefficient, velocity } => {
-                    self.at_least(&format!("{path}.coefficient"), "-", coefficient, 0.0);
-                    return self.positive(&format!("{path}.velocity"), "m/s", velocity);
+                    self.at_least("coefficient", "-", coefficient, 0.0);
+                    return self.positive("velocity", "m/s", velocity);
                 }
-                FrictionLaw::StickSlip(law) => return self.stick_slip(path, &law),
+                FrictionLaw::StickSlip(law) => return self.stick_slip(&law),
                 FrictionLaw::Formula(ref law) => {
                     if let Some(message) = fault_of_friction(&law.formula) {
-                        self.add(format!("{path}.coefficient"), message);
+                        self.add("coefficient", message);
                     }
                     return;
                 }
@@ -234,119 +226,110 @@ impl Checker {
                     static_sliding_velocity,
                 } => (static_coefficient, sliding_coefficient, stick_slip_velocity, static_sliding_velocity),
             };
-        self.at_least(&format!("{path}.static_coefficient"), "-", static_coefficient, 0.0);
-        self.at_least(&format!("{path}.sliding_coefficient"), "-", sliding_coefficient, 0.0);
-        self.positive(&format!("{path}.stick_slip_velocity"), "m/s", stick_slip_velocity);
-        self.positive(&format!("{path}.static_sliding_velocity"), "m/s", static_sliding_velocity);
+        self.at_least("static_coefficient", "-", static_coefficient, 0.0);
+        self.at_least("sliding_coefficient", "-", sliding_coefficient, 0.0);
+        self.positive("stick_slip_velocity", "m/s", stick_slip_velocity);
+        self.positive("static_sliding_velocity", "m/s", static_sliding_velocity);
         if static_sliding_velocity <= stick_slip_velocity {
-            self.add(
-                format!("{path}.static_sliding_velocity"),
-                format!(
-                    "must be > stick_slip_velocity = {} [m/s], got {}",
-                    refused(stick_slip_velocity, static_sliding_velocity),
-                    refused(static_sliding_velocity, stick_slip_velocity)
-                ),
+            let message = format!(
+                "must be > stick_slip_velocity = {} [m/s], got {}",
+                refused(stick_slip_velocity, static_sliding_velocity),
+                refused(static_sliding_velocity, stick_slip_velocity)
             );
+            self.add("static_sliding_velocity", message);
         }
     }
 
-    pub(super) fn joint_friction(&mut self, path: &str, law: &JointFriction) {
+    pub(super) fn joint_friction(&mut self, law: &JointFriction) {
         let (coefficient, name, size) = match *law {
             JointFriction::Journal { coefficient, journal_radius } => {
                 (coefficient, "journal_radius", journal_radius)
             }
             JointFriction::Guide { coefficient, half_length } => (coefficient, "half_length", half_length),
         };
-        self.at_least(&format!("{path}.coefficient"), "-", coefficient, 0.0);
-        self.positive(&format!("{path}.{name}"), "m", size);
+        self.at_least("coefficient", "-", coefficient, 0.0);
+        self.positive(name, "m", size);
     }
 
-    fn stick_slip(&mut self, path: &str, law: &StickSlip) {
+    fn stick_slip(&mut self, law: &StickSlip) {
         let StickSlip { static_coefficient, sliding_coefficient, .. } = *law;
-        self.at_least(&format!("{path}.static_coefficient"), "-", static_coefficient, 0.0);
-        self.at_least(&format!("{path}.sliding_coefficient"), "-", sliding_coefficient, 0.0);
+        self.at_least("static_coefficient", "-", static_coefficient, 0.0);
+        self.at_least("sliding_coefficient", "-", sliding_coefficient, 0.0);
         if sliding_coefficient > static_coefficient {
-            self.add(
-                format!("{path}.sliding_coefficient"),
-                format!(
-                    "must be <= static_coefficient = {} [-], got {}: friction that grows with the sliding velocity does \
-                     not stick",
-                    refused(static_coefficient, sliding_coefficient),
-                    refused(sliding_coefficient, static_coefficient)
-                ),
+            let message = format!(
+                "must be <= static_coefficient = {} [-], got {}: friction that grows with the sliding velocity does not \
+                 stick",
+                refused(static_coefficient, sliding_coefficient),
+                refused(sliding_coefficient, static_coefficient)
             );
+            self.add("sliding_coefficient", message);
         }
-        self.at_least(&format!("{path}.stribeck_velocity"), "m/s", law.stribeck_velocity, 0.0);
+        self.at_least("stribeck_velocity", "m/s", law.stribeck_velocity, 0.0);
         if let Some(stiffness) = law.tangential_stiffness {
-            self.positive(&format!("{path}.tangential_stiffness"), "N/m", stiffness);
+            self.positive("tangential_stiffness", "N/m", stiffness);
         }
-        self.at_least(&format!("{path}.damping_ratio"), "-", law.damping_ratio, 0.0);
+        self.at_least("damping_ratio", "-", law.damping_ratio, 0.0);
     }
 }
 
-impl Checker {
+impl Checker<'_> {
     /// Checks the numbers of a guide.
-    pub(super) fn guide(&mut self, path: &str, joint: &Joint, size: f64) {
+    pub(super) fn guide(&mut self, joint: &Joint, size: f64) {
         let Joint::Guide { axis, shape, face_length, contact, friction, impact_velocity_floor, .. } = joint
         else {
             return;
         };
         let direction = if let GuideShape::Stop { .. } = shape { "normal" } else { "axis" };
-        self.finite_pair(&format!("{path}.{direction}"), "-", axis);
-        if *axis == [0.0, 0.0] {
-            self.add(format!("{path}.{direction}"), "must not be the zero vector");
-        }
+        self.direction(direction, axis);
         match *shape {
             GuideShape::Block { length, height, clearance, angle, is_sleeve } => {
-                self.positive(&format!("{path}.length"), "m", length);
-                self.positive(&format!("{path}.height"), "m", height);
-                self.positive(&format!("{path}.clearance"), "m", clearance);
-                self.finite(&format!("{path}.angle"), "rad", angle);
+                self.positive("length", "m", length);
+                self.positive("height", "m", height);
+                self.positive("clearance", "m", clearance);
+                self.finite("angle", "rad", angle);
                 // Half the diagonal fits between the faces then.
                 let most = 0.5 * (length.hypot(height) - height);
                 if !is_sleeve && clearance >= most {
-                    self.add(
-                        format!("{path}.clearance"),
-                        format!(
-                            "must be < {most:e} [m]: with more, a block of this length and height can turn over between \
-                             the faces; got {clearance:e}"
-                        ),
+                    let message = format!(
+                        "must be < {most:e} [m]: with more, a block of this length and height can turn over between the \
+                         faces; got {clearance:e}"
                     );
+                    self.add("clearance", message);
                 }
             }
             GuideShape::Pin { radius, clearance } => {
-                self.positive(&format!("{path}.pin_radius"), "m", radius);
-                self.positive(&format!("{path}.clearance"), "m", clearance);
+                self.positive("pin_radius", "m", radius);
+                self.positive("clearance", "m", clearance);
             }
-            GuideShape::Stop { radius } => self.at_least(&format!("{path}.radius"), "m", radius, 0.0),
+            GuideShape::Stop { radius } => self.at_least("radius", "m", radius, 0.0),
         }
         if let Some(length) = face_length {
-            self.positive(&format!("{path}.face_length"), "m", *length);
-            self.round_edge(path, shape, friction.as_ref());
+            self.positive("face_length", "m", *length);
+            self.round_edge(shape, friction.as_ref());
         }
-        self.normal_law(&format!("{path}.contact"), contact, size);
+        self.inside("contact").normal_law(contact, size);
         if let Some(law) = friction {
-            self.friction(&format!("{path}.friction"), law);
+            self.inside("friction").friction(law);
         }
         if let Some(floor) = impact_velocity_floor {
-            self.positive(&format!("{path}.impact_velocity_floor"), "m/s", *floor);
+            self.positive("impact_velocity_floor", "m/s", *floor);
         }
     }
 
     /// Checks what passes the ends of faces as a round edge.
-    fn round_edge(&mut self, path: &str, shape: &GuideShape, friction: Option<&FrictionLaw>) {
+    fn round_edge(&mut self, shape: &GuideShape, friction: Option<&FrictionLaw>) {
         if let GuideShape::Block { .. } = shape {
             return;
         }
         if let GuideShape::Stop { radius: 0.0 } = shape {
             self.add(
-                format!("{path}.radius"),
+                "radius",
                 "must be > 0 [m] at a face with ends: a sharp corner has no direction of contact there",
             );
         }
         if let Some(FrictionLaw::StickSlip(_)) = friction {
             self.add(
-                format!("{path}.friction"),
+                "friction",
                 "must not stick at a face with ends: what sticks does not roll around them; smoothed_coulomb and \
                  modified_coulomb may",
             );
@@ -354,7 +337,7 @@ impl Checker {
     }
 
     /// Checks the numbers of the start of a guide, and that the joint is one.
-    pub(super) fn guide_start(&mut self, path: &str, joint: &Joint, start: &Start) -> Result<(), String> {
+    pub(super) fn guide_start(&mut self, joint: &Joint, start: &Start) -> Result<(), String> {
         let Start::Guide { offset, tilt, displacement, .. } = start else { return Ok(()) };
         let numbers = [
             ("offset", "m", offset[0]),
@@ -365,7 +348,7 @@ impl Checker {
             ("velocity", "m/s", displacement[1].unwrap_or(0.0)),
         ];
         for (field, unit, value) in numbers {
-            self.finite(&format!("{path}.{field}"), unit, value);
+            self.finite(field, unit, value);
         }
         match joint {
             Joint::Guide { shape: GuideShape::Pin { .. }, .. } if *tilt != [0.0, 0.0] => {

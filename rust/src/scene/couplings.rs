@@ -229,50 +229,41 @@ impl Coupling {
     }
 
     /// Adds what is wrong with the coupling but for its name.
-    pub(super) fn check(&self, scene: &Scene, checker: &mut Checker, path: &str) {
+    pub(super) fn check(&self, scene: &Scene, checker: &mut Checker) {
         if let Some(offset) = self.offset {
-            checker.finite(&format!("{path}.offset"), "rad or m", offset);
+            checker.finite("offset", "rad or m", offset);
         }
-        self.check_teeth(scene, checker, path);
+        self.check_teeth(scene, checker);
         if let Some(carrier) = &self.carrier
-            && let Err(message) = scene.body_index(carrier)
+            && checker.result("carrier", scene.body_index(carrier)).is_none()
         {
-            checker.add(format!("{path}.carrier"), message);
             return;
         }
-        let ends = self.coordinates(scene);
-        for (field, end) in ["driven", "driver"].into_iter().zip(&ends) {
-            if let Err(message) = end {
-                checker.add(format!("{path}.{field}"), message);
-            }
-        }
-        let [Ok(driven), Ok(driver)] = ends else { return };
+        let [driven, driver] = self.coordinates(scene);
+        let ends = [checker.result("driven", driven), checker.result("driver", driver)];
+        let [Some(driven), Some(driver)] = ends else { return };
         if driven == driver {
-            checker.add(format!("{path}.driver"), "is the driven coordinate itself");
+            checker.add("driver", "is the driven coordinate itself");
         }
-        if let Err(message) = self.compiled([driven, driver]) {
-            checker.add(format!("{path}.law"), message);
-        }
+        checker.result("law", self.compiled([driven, driver]));
     }
 
     /// Adds what is wrong with the teeth.
-    fn check_teeth(&self, scene: &Scene, checker: &mut Checker, path: &str) {
-        let place = format!("{path}.pressure_angle");
+    fn check_teeth(&self, scene: &Scene, checker: &mut Checker) {
         if let Some(angle) = self.pressure_angle {
             if !(0.0..FRAC_PI_2).contains(&angle) {
-                checker.add(
-                    &place,
-                    format!("must be >= 0 and below pi/2 [rad], 20 degrees are 0.349; got {angle}"),
-                );
+                let message = format!("must be >= 0 and below pi/2 [rad], 20 degrees are 0.349; got {angle}");
+                checker.add("pressure_angle", message);
             } else if !matches!(self.law, CouplingLaw::Ratio(_)) {
-                checker.add(&place, "belongs to teeth: the law must be a ratio");
+                checker.add("pressure_angle", "belongs to teeth: the law must be a ratio");
             }
         }
         let Some(Backlash { play, contact }) = &self.backlash else { return };
-        checker.positive(&format!("{path}.backlash"), "m", *play);
-        checker.normal_law(&format!("{path}.contact"), contact, length_scale(scene));
+        checker.positive("backlash", "m", *play);
+        checker.inside("contact").normal_law(contact, length_scale(scene));
         if self.pressure_angle.is_none() {
-            checker.add(place, "must be given with a backlash, since the flanks touch at the pitch point");
+            let message = "must be given with a backlash, since the flanks touch at the pitch point";
+            checker.add("pressure_angle", message);
         }
     }
 

@@ -51,14 +51,12 @@ impl Scene {
             if let Force::Gravity { acceleration: [x, y] } = force
                 && (FALL_IN_MILLIMETERS[0]..=FALL_IN_MILLIMETERS[1]).contains(&x.hypot(*y))
             {
-                warnings.push(Problem::new(
-                    format!("forces[{index}].acceleration"),
-                    format!(
-                        "{} m/s^2 is the acceleration of free fall in mm/s^2: it is in m/s^2, {}",
-                        short(x.hypot(*y)),
-                        short(x.hypot(*y) / 1e3)
-                    ),
-                ));
+                let message = format!(
+                    "{} m/s^2 is the acceleration of free fall in mm/s^2: it is in m/s^2, {}",
+                    short(x.hypot(*y)),
+                    short(x.hypot(*y) / 1e3)
+                );
+                warnings.push(Problem::new(format!("forces[{index}].acceleration"), message));
             }
         }
         warnings
@@ -74,24 +72,20 @@ impl Scene {
         let millimeters =
             format!("lengths are in meters, {} mm are {}", short(longest), short(longest / 1e3));
         if longest > LONGEST {
-            warnings.push(Problem::new(
-                format!("bodies[{index}].points"),
-                format!(
-                    "{:?} spans {} m, more than any rigid body: {millimeters}",
-                    body.name,
-                    short(longest)
-                ),
-            ));
+            let message = format!(
+                "{:?} spans {} m, more than any rigid body: {millimeters}",
+                body.name,
+                short(longest)
+            );
+            warnings.push(Problem::new(format!("bodies[{index}].points"), message));
         } else if longest > LONG && body.mass < LIGHT * longest.powi(3) {
-            warnings.push(Problem::new(
-                format!("bodies[{index}].points"),
-                format!(
-                    "{:?} spans {} m and has a mass of {} kg, lighter than anything rigid of that length: {millimeters}",
-                    body.name,
-                    short(longest),
-                    short(body.mass)
-                ),
-            ));
+            let message = format!(
+                "{:?} spans {} m and has a mass of {} kg, lighter than anything rigid of that length: {millimeters}",
+                body.name,
+                short(longest),
+                short(body.mass)
+            );
+            warnings.push(Problem::new(format!("bodies[{index}].points"), message));
         } else {
             self.warn_of_speeds(longest, warnings);
         }
@@ -102,18 +96,16 @@ impl Scene {
             if let Drive::Speed { speed, .. } = drive
                 && speed.abs() * longest > FASTEST
             {
-                warnings.push(Problem::new(
-                    format!("drives[{index}].speed"),
-                    format!(
-                        "{} rad/s moves a point at a distance of {} m with {} m/s, at which every rotor bursts: \
-                         lengths are in meters and speeds in rad/s, {} revolutions per minute are {}",
-                        short(*speed),
-                        short(longest),
-                        short(speed.abs() * longest),
-                        short(*speed),
-                        short(speed * TAU / 60.0)
-                    ),
-                ));
+                let message = format!(
+                    "{} rad/s moves a point at a distance of {} m with {} m/s, at which every rotor bursts: \
+                     lengths are in meters and speeds in rad/s, {} revolutions per minute are {}",
+                    short(*speed),
+                    short(longest),
+                    short(speed.abs() * longest),
+                    short(*speed),
+                    short(speed * TAU / 60.0)
+                );
+                warnings.push(Problem::new(format!("drives[{index}].speed"), message));
             }
         }
     }
@@ -131,40 +123,34 @@ impl Scene {
                 && radius > LARGE_JOURNAL
                 && radius > JOURNAL_OVER_REACH * reach
             {
-                warnings.push(Problem::new(
-                    format!("joints[{index}].journal_radius"),
-                    format!(
-                        "the journal of {name:?}, of radius {radius} m, is far larger than the bodies it joins: {body:?} \
-                         has its mass and its points within {} m; radii are in meters, {radius} mm are {}",
-                        short(reach),
-                        short(radius / 1e3)
-                    ),
-                ));
+                let message = format!(
+                    "the journal of {name:?}, of radius {radius} m, is far larger than the bodies it joins: {body:?} \
+                     has its mass and its points within {} m; radii are in meters, {radius} mm are {}",
+                    short(reach),
+                    short(radius / 1e3)
+                );
+                warnings.push(Problem::new(format!("joints[{index}].journal_radius"), message));
             }
             if *clearance > LOOSE * radius {
-                warnings.push(Problem::new(
-                    format!("joints[{index}].clearance"),
-                    format!(
-                        "the clearance of {name:?}, {} m, is {} times the radius of its journal, {} m, far more than in \
-                         any bearing; clearances are radial and in meters",
-                        short(*clearance),
-                        short(clearance / radius),
-                        short(radius)
-                    ),
-                ));
+                let message = format!(
+                    "the clearance of {name:?}, {} m, is {} times the radius of its journal, {} m, far more than in \
+                     any bearing; clearances are radial and in meters",
+                    short(*clearance),
+                    short(clearance / radius),
+                    short(radius)
+                );
+                warnings.push(Problem::new(format!("joints[{index}].clearance"), message));
             }
             let twin = self.joints[..index].iter().zip(&ends).find(|(other, found)| {
                 matches!(other, Joint::Clearance { .. }) && same_points(&ends[index], found)
             });
             if let Some((twin, _)) = twin {
-                warnings.push(Problem::new(
-                    format!("joints[{index}]"),
-                    format!(
-                        "{name:?} joins the same two points as {:?}: both act, as two bearings beside each other do; \
-                         remove one if it is a copy",
-                        twin.name()
-                    ),
-                ));
+                let message = format!(
+                    "{name:?} joins the same two points as {:?}: both act, as two bearings beside each other do; \
+                     remove one if it is a copy",
+                    twin.name()
+                );
+                warnings.push(Problem::new(format!("joints[{index}]"), message));
             }
         }
     }
@@ -181,17 +167,15 @@ impl Scene {
             _ => return,
         };
         if clearance > LOOSE * size {
-            warnings.push(Problem::new(
-                format!("joints[{index}].clearance"),
-                format!(
-                    "the clearance of {:?}, {} m, is {} times the {what}, {} m, far more than in any guide; clearances \
-                     are those of one side, in meters",
-                    joint.name(),
-                    short(clearance),
-                    short(clearance / size),
-                    short(size)
-                ),
-            ));
+            let message = format!(
+                "the clearance of {:?}, {} m, is {} times the {what}, {} m, far more than in any guide; clearances \
+                 are those of one side, in meters",
+                joint.name(),
+                short(clearance),
+                short(clearance / size),
+                short(size)
+            );
+            warnings.push(Problem::new(format!("joints[{index}].clearance"), message));
         }
     }
 

@@ -149,15 +149,13 @@ fn same_columns(first: &[String], other: &[String]) -> Result<(), InputError> {
             _ => names.iter().map(|name| format!("{name:?}")).collect::<Vec<_>>().join(", "),
         }
     };
-    Err(Subject::Scene.error(
-        "outputs",
-        format!(
-            "differ from those of the first scene, which lacks {} and has {} besides: all scenes of a study need the \
-             same parts, or outputs that they share",
-            lacking(other, first),
-            lacking(first, other)
-        ),
-    ))
+    let message = format!(
+        "differ from those of the first scene, which lacks {} and has {} besides: all scenes of a study need the \
+         same parts, or outputs that they share",
+        lacking(other, first),
+        lacking(first, other)
+    );
+    Err(Subject::Scene.error("outputs", message))
 }
 
 /// All results in order, or the problems of all failures with the paths of their scenes. They are problems of

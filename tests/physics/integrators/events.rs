@@ -5,7 +5,7 @@ use chebclear::integrators::dense::DenseStep;
 use chebclear::integrators::events::Guard;
 use chebclear::integrators::rosenbrock::Rosenbrock;
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P};
-use chebclear::integrators::{HybridSystem, Limits, Outcome, Status, integrate};
+use chebclear::integrators::{HybridSystem, Limits, Outcome, StateAt, Status, integrate};
 use chebclear::numerics::instant::Instant;
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -427,10 +427,11 @@ fn interpolated_and_retaken(h: f64, theta: f64) -> [f64; 2] {
     assert!(system.linearize(0.0, &[1.0], &[0.0], &mut linear));
     let mut method = Rosenbrock::new(RODAS5P, 1);
     let (mut q, mut v) = ([0.0], [0.0]);
-    assert!(method.take(&mut system, &linear, 0.0, h, &[1.0], &[0.0]));
+    let start = StateAt { t: 0.0, q: &[1.0], v: &[0.0] };
+    assert!(method.take(&mut system, &linear, start, h));
     method.finish_dense();
     method.step.at(theta, &mut q, &mut v);
-    assert!(method.take(&mut system, &linear, 0.0, theta * h, &[1.0], &[0.0]));
+    assert!(method.take(&mut system, &linear, start, theta * h));
     [energy(q[0], v[0]), energy(method.step.end[0], method.step.end[1])]
 }
 

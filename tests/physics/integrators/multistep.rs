@@ -4,7 +4,7 @@ use chebclear::dynamics::Linearization;
 use chebclear::integrators::adams::Adams;
 use chebclear::integrators::dense::DenseStep;
 use chebclear::integrators::dop853::Dop853;
-use chebclear::integrators::{HybridSystem, Limits, Stats, Status, Stepper, integrate_with};
+use chebclear::integrators::{HybridSystem, Limits, StateAt, Stats, Status, Stepper, integrate_with};
 use chebclear::numerics::instant::Instant;
 
 use crate::integrators::problems::{Problem, Single, SmoothSystem, distance, kepler};
@@ -30,7 +30,7 @@ fn polynomials_of_the_degree_of_the_start_are_integrated_exactly_by_steps_of_any
         let (mut t, mut q, mut v) = (0.0, [0.0], [1.0]);
         method.restart(&[1e-3], &[1e-3]);
         while t < 1.0 {
-            assert!(method.begin(&mut system, t, &q, &v, &mut stats));
+            assert!(method.begin(&mut system, StateAt { t, q: &q, v: &v }, &mut stats));
             // An attempt that is given up leaves nothing behind.
             assert!(method.attempt(&mut system, 0.05, &mut stats));
             assert!(method.attempt(&mut system, random.within(0.005, 0.03), &mut stats));
@@ -43,7 +43,7 @@ fn polynomials_of_the_degree_of_the_start_are_integrated_exactly_by_steps_of_any
             t = method.step().end_time();
             (q, v) = ([method.step().end[0]], [method.step().end[1]]);
             worst = worst.max(distance(&[q[0], v[0]], &polynomial(degree, t)));
-            method.next_limits(&mut system, t, &q, &v, &mut stats);
+            method.next_limits(&mut system, StateAt { t, q: &q, v: &v }, &mut stats);
         }
         println!("degree {degree}: {:.1e}", worst);
         // Derivatives of the start's dense output, extrapolated over steps of other lengths: 1.3e-11.
@@ -146,11 +146,11 @@ fn the_stiffness_of_a_multistep_step_is_its_length_times_the_frequency() {
         // Whatever a position is worth against a velocity.
         method.restart(&[1e-3], &[1e-3 * worth]);
         for step in 0..8 {
-            assert!(method.begin(&mut system, t, &q, &v, &mut stats));
+            assert!(method.begin(&mut system, StateAt { t, q: &q, v: &v }, &mut stats));
             assert!(method.attempt(&mut system, product / 300.0, &mut stats));
             t = method.step().end_time();
             (q, v) = ([method.step().end[0]], [method.step().end[1]]);
-            let limits = method.next_limits(&mut system, t, &q, &v, &mut stats);
+            let limits = method.next_limits(&mut system, StateAt { t, q: &q, v: &v }, &mut stats);
             if step == 0 {
                 assert_eq!(method.stiffness(), None);
                 continue;

@@ -2,7 +2,7 @@
 
 use chebclear::integrators::dop853::Dop853;
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P, Tableau};
-use chebclear::integrators::{Stats, Stepper};
+use chebclear::integrators::{StateAt, Stats, Stepper};
 
 use crate::integrators::problems::{
     Problem, SmoothSystem, distance, kepler, pendulum, prothero_robinson, van_der_pol,
@@ -80,7 +80,7 @@ fn gate_01_dop853_is_of_order_8_with_a_dense_output_of_order_7() {
         let (mut ends, mut inside) = (0.0_f64, 0.0_f64);
         let mut t = problem.t0;
         for _ in 0..count {
-            assert!(method.begin(&mut system, t, &q, &v, &mut stats));
+            assert!(method.begin(&mut system, StateAt { t, q: &q, v: &v }, &mut stats));
             assert!(method.attempt(&mut system, h, &mut stats));
             assert!(method.finish_dense(&mut system, &mut stats));
             for theta in [0.2, 0.5, 0.9] {

@@ -4,7 +4,7 @@ use chebclear::dynamics::Linearization;
 use chebclear::integrators::dense::DenseStep;
 use chebclear::integrators::rosenbrock::Rosenbrock;
 use chebclear::integrators::tableaus::Tableau;
-use chebclear::integrators::{HybridSystem, Limits, Outcome, integrate};
+use chebclear::integrators::{HybridSystem, Limits, Outcome, StateAt, integrate};
 use chebclear::numerics::instant::Instant;
 use std::f64::consts::FRAC_PI_4;
 
@@ -186,7 +186,7 @@ impl Problem {
             let t = self.t0 + self.duration * index as f64 / count as f64;
             let (q, v) = state.split_at(d);
             assert!(system.linearize(t, q, v, &mut linear));
-            assert!(method.take(&mut system, &linear, t, h, q, v));
+            assert!(method.take(&mut system, &linear, StateAt { t, q, v }, h));
             method.finish_dense();
             each(&method.step);
             state.copy_from_slice(&method.step.end);

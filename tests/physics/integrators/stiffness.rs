@@ -4,7 +4,9 @@ use chebclear::integrators::dense::DenseStep;
 use chebclear::integrators::dop853::Dop853;
 use chebclear::integrators::rosenbrock::Rosenbrock;
 use chebclear::integrators::tableaus::RODAS4;
-use chebclear::integrators::{HybridSystem, Limits, NextLimits, Stats, Status, Stepper, integrate_with};
+use chebclear::integrators::{
+    HybridSystem, Limits, NextLimits, StateAt, Stats, Status, Stepper, integrate_with,
+};
 use chebclear::run::settings::{Method, Settings};
 use chebclear::run::trajectory::simulate;
 use chebclear::scene::parts::{Drive, Joint};
@@ -160,16 +162,9 @@ impl Stepper for Forgetful {
         self.tolerances = [position_tolerance.to_vec(), velocity_tolerance.to_vec()];
     }
 
-    fn begin(
-        &mut self,
-        system: &mut dyn HybridSystem,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
-        stats: &mut Stats,
-    ) -> bool {
+    fn begin(&mut self, system: &mut dyn HybridSystem, at: StateAt, stats: &mut Stats) -> bool {
         self.inner.restart(&self.tolerances[0], &self.tolerances[1]);
-        self.inner.begin(system, t, q, v, stats)
+        self.inner.begin(system, at, stats)
     }
 
     fn attempt(&mut self, system: &mut dyn HybridSystem, h: f64, stats: &mut Stats) -> bool {
@@ -188,15 +183,8 @@ impl Stepper for Forgetful {
         self.inner.finish_dense(system, stats)
     }
 
-    fn next_limits(
-        &mut self,
-        system: &mut dyn HybridSystem,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
-        stats: &mut Stats,
-    ) -> NextLimits {
-        self.inner.next_limits(system, t, q, v, stats)
+    fn next_limits(&mut self, system: &mut dyn HybridSystem, at: StateAt, stats: &mut Stats) -> NextLimits {
+        self.inner.next_limits(system, at, stats)
     }
 }
 
@@ -270,7 +258,7 @@ fn the_stiffness_of_a_step_is_its_length_times_the_fastest_rate() {
             let (mut explicit, mut implicit) = (Dop853::new(1), Rosenbrock::new(RODAS4, 1));
             for method in [&mut explicit as &mut dyn Stepper, &mut implicit] {
                 method.restart(&position, &velocity);
-                assert!(method.begin(&mut system, 0.3, &[0.7], &[0.2], &mut stats));
+                assert!(method.begin(&mut system, StateAt { t: 0.3, q: &[0.7], v: &[0.2] }, &mut stats));
                 assert!(method.attempt(&mut system, h, &mut stats));
             }
             let (found, bound) = (explicit.stiffness(), implicit.stiffness());
@@ -278,7 +266,8 @@ fn the_stiffness_of_a_step_is_its_length_times_the_fastest_rate() {
             assert!((found / product - 1.0).abs() < 0.2, "{found} instead of {product}");
             assert!((0.999..2.0).contains(&(bound / product)), "{bound} for {product}");
             assert!((implicit.damping() - damping).abs() <= 1e-12 * damping);
-            let limits = explicit.next_limits(&mut system, 0.3 + h, &[0.7], &[0.2], &mut stats);
+            let limits =
+                explicit.next_limits(&mut system, StateAt { t: 0.3 + h, q: &[0.7], v: &[0.2] }, &mut stats);
             assert!((limits.largest_growth * product / 5.9 - 1.0).abs() < 0.3);
         }
     }
@@ -294,7 +283,7 @@ fn the_explicit_error_estimate_does_not_vanish_where_a_step_crosses_a_kink() {
                 let mut system = Single::explicit(move |t, _, _| (t - kink).max(0.0).powf(power));
                 let mut method = Dop853::new(1);
                 let mut stats = Stats::default();
-                assert!(method.begin(&mut system, 0.0, &[0.0], &[0.0], &mut stats));
+                assert!(method.begin(&mut system, StateAt { t: 0.0, q: &[0.0], v: &[0.0] }, &mut stats));
                 assert!(method.attempt(&mut system, 1.0, &mut stats));
                 let exact = (1.0 - kink).powf(power + 1.0) / (power + 1.0);
                 (method.step().end[1] - exact).abs() / method.step().error[1]
@@ -313,7 +302,7 @@ fn the_explicit_error_estimate_vanishes_for_polynomials_that_the_method_integrat
         let mut method = Dop853::new(1);
         let mut stats = Stats::default();
         let mut system = Single::explicit(move |t, _, _| t.powi(power));
-        assert!(method.begin(&mut system, 0.0, &[0.0], &[1.0], &mut stats));
+        assert!(method.begin(&mut system, StateAt { t: 0.0, q: &[0.0], v: &[1.0] }, &mut stats));
         assert!(method.attempt(&mut system, 1.0, &mut stats));
         println!("t^{power}: {:?}", method.step().error);
         // Order conditions met to eleven digits gave 2e-11, which was all that limited slow mechanisms.

@@ -13,7 +13,7 @@ mod differences;
 mod start;
 
 use crate::integrators::dense::{DenseStep, Form};
-use crate::integrators::{HybridSystem, NextLimits, Stats, Stepper};
+use crate::integrators::{HybridSystem, NextLimits, StateAt, Stats, Stepper};
 use crate::numerics::instant::Instant;
 use crate::numerics::logarithm::{binary_logarithm, binary_power, power};
 use coefficients::{MOST, RECIPROCALS};
@@ -371,14 +371,8 @@ impl Stepper for Adams {
         }
     }
 
-    fn begin(
-        &mut self,
-        system: &mut dyn HybridSystem,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
-        stats: &mut Stats,
-    ) -> bool {
+    fn begin(&mut self, system: &mut dyn HybridSystem, at: StateAt, stats: &mut Stats) -> bool {
+        let StateAt { t, q, v } = at;
         self.t = t;
         self.failures = 0;
         self.step.start[..self.d].copy_from_slice(q);
@@ -432,14 +426,8 @@ impl Stepper for Adams {
         true
     }
 
-    fn next_limits(
-        &mut self,
-        system: &mut dyn HybridSystem,
-        t: f64,
-        q: &[f64],
-        v: &[f64],
-        stats: &mut Stats,
-    ) -> NextLimits {
+    fn next_limits(&mut self, system: &mut dyn HybridSystem, at: StateAt, stats: &mut Stats) -> NextLimits {
+        let StateAt { t, q, v } = at;
         self.stiffness = None;
         stats.stages += 1;
         stats.evaluations += 1;
