@@ -4,6 +4,7 @@
 use crate::integrators::{Outcome, Stats, Status};
 use crate::mechanism::compiled::Mechanism;
 use crate::run::contacts::dry_joints::settle_directions;
+use crate::run::contacts::phases::Phases;
 use crate::run::motion::Motion;
 use crate::run::system::System;
 use crate::run::work::GAUSS;
@@ -62,7 +63,7 @@ pub(crate) fn follow_drives(
         outcome.status = Status::SingularMechanism;
         if let Some((load, ..)) = system.motion.dynamics.uncovered_table() {
             outcome.status = Status::OutsideTable;
-            outcome.guard = Some(system.contact_guards() + load.first_switch);
+            outcome.guard = Some(Phases::guard_of_switch(&system.motion, load.first_switch));
         }
         // The last sample may lie between two steps of the continuation.
         outcome.time = outcome.time.max(system.samples.last_taken());

@@ -8,7 +8,10 @@ use crate::contact::sticking::Traction;
 use crate::dynamics::ContactLoss;
 use crate::error::{InputError, Problem, Subject};
 use crate::numerics::turns::Turns;
+use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::{Contact, OpenContact};
+use crate::run::motion::Motion;
+use crate::run::warnings::Notice;
 use crate::run::work::Work;
 use crate::scene::json::{Fields, Node, parse, read_object};
 
@@ -25,6 +28,44 @@ pub struct Memory {
     pub turns: Vec<Turns>,
     /// Work and losses so far, if the run integrated them.
     pub work: Option<Work>,
+}
+
+impl Memory {
+    /// The memory of a run.
+    pub(crate) fn of(motion: &Motion, log: &ContactLog) -> Self {
+        let Motion { dynamics, work, counts_work, .. } = motion;
+        Self {
+            phases: dynamics.phases.clone(),
+            tractions: dynamics.tractions().to_vec(),
+            contacts: log.open.clone(),
+            turns: dynamics.turns.clone(),
+            work: (*counts_work && !work.input.is_nan())
+                .then(|| Work { sectors: Vec::new(), ..work.clone() }),
+        }
+    }
+
+    /// Gives it to the run that continues. Work and losses count from the start of the first run: they are NaN if one of
+    /// the runs before did not integrate them, of which the notice tells.
+    pub(crate) fn recall(&self, motion: &mut Motion, log: &mut ContactLog) -> Option<Notice> {
+        motion.dynamics.phases.clone_from(&self.phases);
+        motion.dynamics.set_tractions(&self.tractions);
+        motion.dynamics.turns.clone_from(&self.turns);
+        motion.inside.turns.clone_from(&self.turns);
+        log.open.clone_from(&self.contacts);
+        let is_unknown = motion.counts_work && self.work.is_none();
+        let unknown = is_unknown.then(|| Work::unknown(self.contacts.len(), self.tractions.len()));
+        if let Some(work) = self.work.clone().or(unknown) {
+            motion.work = Work { sectors: std::mem::take(&mut motion.work.sectors), ..work };
+        }
+        is_unknown.then(|| Notice {
+            code: "work_unknown",
+            about: None,
+            numbers: Vec::new(),
+            text: "work and losses count from the first start on, and the run that ended at the given start did \
+                   not count them: they are NaN; name one of them in the outputs of that run too"
+                .to_owned(),
+        })
+    }
 }
 
 /// The end of a run, from which another run can continue.

@@ -4,6 +4,7 @@ use crate::error::{InputError, Problem, Subject};
 use crate::integrators::{Outcome, Stats, Status, integrate_with};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::memory::filled;
+use crate::run::contacts::phases::Watched;
 pub use crate::run::contacts::{Contact, Event, EventKind, Place, event_joint};
 use crate::run::features::Plan;
 use crate::run::motion::Motion;
@@ -11,7 +12,7 @@ use crate::run::outputs::{Column, column_names, parse_columns};
 use crate::run::prescribed::follow_drives;
 use crate::run::restart::{Memory, Restart};
 pub use crate::run::settings::{Method, Settings};
-use crate::run::system::{System, Watched};
+use crate::run::system::System;
 use crate::run::tolerances::check_tolerances;
 pub use crate::run::warnings::Notice;
 use crate::run::warnings::of_run;
@@ -312,7 +313,7 @@ fn run(
         integrate_with(&mut system, &mut *method, limits, from, end, &mut q, &mut v)
     };
     if outcome.status == Status::Done {
-        system.log.end(&mut system.motion, outcome.time, &q, &v);
+        system.phases.log.end(&mut system.motion, outcome.time, &q, &v);
     }
     let run = finished(system, outcome, State { q, v });
     Ok(Trajectory { columns: names, ..run })
@@ -329,19 +330,20 @@ fn finished(mut system: System, mut outcome: Outcome, mut end: State) -> Traject
     };
     let unknown = system.samples.unknown;
     let mut warnings = std::mem::take(&mut system.warnings);
-    warnings.extend(of_run(mechanism, &system.tolerances, &system.log, &system.balance, unknown));
+    warnings
+        .extend(of_run(mechanism, &system.phases.tolerances, &system.phases.log, &system.balance, unknown));
     let restart = (outcome.status == Status::Done).then(|| Restart {
         time: outcome.time,
         parts: parts(mechanism),
         q: end.q.clone(),
         v: end.v.clone(),
-        memory: system.memory(),
+        memory: Memory::of(&system.motion, &system.phases.log),
     });
     system.motion.with_turns(&mut end.q);
-    let [skipped_events, events] = system.log.finished_events(&system.samples);
-    let [skipped_contacts, contacts] = system.log.finished_contacts(&system.samples);
+    let [skipped_events, events] = system.phases.log.finished_events(&system.samples);
+    let [skipped_contacts, contacts] = system.phases.log.finished_contacts(&system.samples);
     let joints = mechanism.slots.len();
-    let (slot, switch) = match outcome.guard.map(|guard| system.watched(guard)) {
+    let (slot, switch) = match outcome.guard.map(|guard| system.phases.watched(&system.motion, guard)) {
         Some(Watched::Contact { slot, .. } | Watched::Sticking(slot)) => (Some(Place::Joint(slot)), None),
         Some(Watched::Switch(switch)) => (None, Some(switch)),
         Some(Watched::DryJoint(index)) => (Some(Place::DryJoint(index)), None),
@@ -367,7 +369,7 @@ fn finished(mut system: System, mut outcome: Outcome, mut end: State) -> Traject
         paradox: paradox.map(|slot| name_of(Place::Joint(slot))),
         suspect_paths: mechanism.warnings.iter().map(|warning| warning.path.clone()).collect(),
         stats: outcome.stats,
-        impacts_at_floor: system.log.impacts_at_floor.iter().sum(),
+        impacts_at_floor: system.phases.log.impacts_at_floor.iter().sum(),
         largest_projection: system.largest_projection,
         warnings,
         contacts,

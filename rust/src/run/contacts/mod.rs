@@ -6,6 +6,7 @@ pub(crate) mod dry_joints;
 pub(crate) mod guards;
 pub(crate) mod log;
 pub(crate) mod onset;
+pub(crate) mod phases;
 pub(crate) mod sticking;
 pub(crate) mod switches;
 
