@@ -32,8 +32,6 @@ def did_you_mean(name: object, known: Iterable[str]) -> str:
 def meant_or_known(name: object, known: Iterable[str], most: int = 12) -> str:
     """What `did_you_mean` says, or the known names if none is near.
 
-    Examples
-    --------
     >>> meant_or_known("rod", ["rod_length", "clearance"]), meant_or_known("x", ["b", "a"])
     ('; did you mean "rod_length"?', '; known are b, a')
     """
@@ -66,8 +64,6 @@ def as_number(value: object) -> float | None:
 def refused(value: float, limits: Iterable[float | None]) -> str:
     """A refused number without the rounding of its last digits, unless only these cross a limit.
 
-    Examples
-    --------
     >>> refused(-4.9999999999999996e-06, [0.0]), refused(1.0000000000000002, [1.0])
     ('-5e-06', '1.0000000000000002')
     """
@@ -88,8 +84,6 @@ class Checks:
     They are raised as an ArgumentError or ArgumentTypeError, or as the given kind of InputError, with the
     names of the arguments as paths.
 
-    Examples
-    --------
     >>> checks = Checks()
     >>> checks.whole("samples", 1, least=2)
     1

@@ -17,8 +17,6 @@ _LEAST = -12
 def prefix_of(size: float, unit: str) -> tuple[float, str]:
     """Factor and unit in which a quantity of some size has one to three digits before the point.
 
-    Examples
-    --------
     >>> prefix_of(2.5e-5, "m"), prefix_of(2310.0, "N"), prefix_of(2310.0, "m/s²"), prefix_of(0.02, "rad/s")
     ((1000000.0, 'µm'), (0.001, 'kN'), (1.0, 'm/s²'), (1.0, 'rad/s'))
     """
@@ -35,8 +33,6 @@ def prefix_of(size: float, unit: str) -> tuple[float, str]:
 def format_quantity(value: float, unit: str, digits: int = 3, scale: float = 0.0) -> str:
     """A number with its SI unit, with a prefix where that takes one; the rounding of a `scale` is 0.
 
-    Examples
-    --------
     >>> format_quantity(-9.3e-17, "m", scale=0.17)
     '0 m'
     >>> format_quantity(2e-5, "m"), format_quantity(-2310.0, "N"), format_quantity(0.5, "-")
@@ -50,8 +46,6 @@ def format_quantity(value: float, unit: str, digits: int = 3, scale: float = 0.0
 def format_exact(value: float, unit: str, size: float | None = None) -> str:
     """A number as it was given, with up to six digits, no zeros at its end, and the prefix of a `size`.
 
-    Examples
-    --------
     >>> format_exact(0.02, "m"), format_exact(2e-4, "m", 0.02), format_exact(1e-4, "-")
     ('20 mm', '0.2 mm', '0.0001')
     """
@@ -62,8 +56,6 @@ def format_exact(value: float, unit: str, size: float | None = None) -> str:
 def format_range(values: tuple[float, ...], unit: str, digits: int = 3) -> str:
     """Numbers with one unit, with the prefix of the largest, whose rounding is 0: ``"-1.20 .. 2.31 kN"``.
 
-    Examples
-    --------
     >>> format_range((-0.001, 0.12), "m"), format_range((0.1, float("nan")), "N")
     ('-1.00 .. 120 mm', '100 .. - mN')
     """

@@ -17,8 +17,6 @@ WIDTH = 100
 def listed(names: Iterable[str], most: int = 8) -> str:
     """Names with commas; of many, the first ones and the number of the others.
 
-    Examples
-    --------
     >>> listed(["a", "b", "c"]), listed(["a", "b", "c", "d"], most=2)
     ('a, b, c', 'a, b and 2 more')
     """
@@ -31,8 +29,6 @@ def listed(names: Iterable[str], most: int = 8) -> str:
 def in_a_sentence(names: Sequence[str]) -> str:
     """Names in a sentence; of many the first ones.
 
-    Examples
-    --------
     >>> in_a_sentence(["slider.x", "slider.vx"]), in_a_sentence(list("abcdef"))
     ('slider.x and slider.vx', 'a, b, c and 3 more')
     """
@@ -49,8 +45,6 @@ def capital(text: str) -> str:
 def shortened(lines: Sequence[str], most: int = MOST_LINES) -> list[str]:
     """Lines, without the middle ones if there are too many.
 
-    Examples
-    --------
     >>> shortened(["1", "2", "3", "4", "5"], most=3)
     ['1', '...', '5']
     """

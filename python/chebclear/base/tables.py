@@ -14,8 +14,6 @@ ROUNDING = 1e-14
 def without_rounding(value: float, scale: float) -> float:
     """The number, or 0 where it is only the rounding of numbers of a scale; results keep what was computed.
 
-    Examples
-    --------
     >>> without_rounding(-9.3e-17, 0.17), without_rounding(-9.3e-17, 1e-6), without_rounding(0.02, 0.17)
     (0.0, -9.3e-17, 0.02)
     """
@@ -25,8 +23,6 @@ def without_rounding(value: float, scale: float) -> float:
 def format_ends(lower: float, upper: float, digits: int = 6) -> str:
     """An interval in words, of numbers with up to so many digits: rounding of the larger end is 0.
 
-    Examples
-    --------
     >>> format_ends(-9.3e-17, 0.17), format_ends(-1.5, float("inf"))
     ('0 to 0.17', '-1.5 to inf')
     """
@@ -38,8 +34,6 @@ def format_ends(lower: float, upper: float, digits: int = 6) -> str:
 def format_number(value: float, digits: int = 3, scale: float = 0.0) -> str:
     """A number with so many significant digits, plain from 1e-4 to 1e6; the rounding of a `scale` is 0.
 
-    Examples
-    --------
     >>> format_number(0.07803), format_number(14.23, 4), format_number(3.0e-7), format_number(float("nan"))
     ('0.0780', '14.23', '3.00e-07', '-')
     >>> format_number(-0.0)
@@ -60,8 +54,6 @@ def format_number(value: float, digits: int = 3, scale: float = 0.0) -> str:
 def shown_by_spreadsheets(cell: Any) -> Any:
     """A cell of a CSV file; a text that a spreadsheet would take for a formula gets an apostrophe before it.
 
-    Examples
-    --------
     >>> shown_by_spreadsheets("=HYPERLINK(0)"), shown_by_spreadsheets("-"), shown_by_spreadsheets(-1.5)
     ("'=HYPERLINK(0)", '-', -1.5)
     """
@@ -89,8 +81,6 @@ def markdown_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 def format_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """A table of plain text: the first column to the left, the others to the right.
 
-    Examples
-    --------
     >>> print(format_table(["method", "steps"], [["rodas4", "12"]]))
     method  steps
     rodas4     12

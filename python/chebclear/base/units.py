@@ -30,8 +30,6 @@ def unit(symbol: str) -> dict[str, str]:
 def units(record: type[Any]) -> dict[str, str]:
     """The unit of every field of a dataclass by name; fields without one are left out.
 
-    Examples
-    --------
     >>> @dataclasses.dataclass
     ... class Wheel:
     ...     name: str
@@ -152,8 +150,6 @@ def is_quantity(text: str) -> bool:
 def with_blank(text: str) -> str:
     """The quantity that a text such as ``"20um"`` was meant as, or nothing.
 
-    Examples
-    --------
     >>> with_blank("20um"), with_blank("2*a"), with_blank("1e-3")
     ('20 um', '', '')
     """
@@ -207,8 +203,6 @@ def convert(text: str, unit: str) -> float:
 
     ``"unit"`` and whatever else is no known unit accepts any dimension, ``"-"`` a plain ratio.
 
-    Examples
-    --------
     >>> convert("20 um", "m"), convert("180 deg", "rad") == math.pi
     (2e-05, True)
     """
@@ -265,8 +259,6 @@ def _near(text: str, known: Iterable[str]) -> str:
 def written(value: float, unit: str) -> str:
     """A number in SI units as it is read: in its own unit, which may be empty, with six digits.
 
-    Examples
-    --------
     >>> written(0.12, "mm"), written(0.5 * math.pi, "deg"), written(0.5, "")
     ('120 mm', '90 deg', '0.5')
     """
@@ -283,8 +275,6 @@ _BASES = {"rpm": "rad/s", "%": "-", "mN": "N", "min": "s", "h": "s"}
 def si_unit(unit: str) -> str:
     """The SI unit of what is written in another one; empty if there is none.
 
-    Examples
-    --------
     >>> si_unit("um"), si_unit("N/mm^1.5"), si_unit("g mm2"), si_unit("rpm"), si_unit("N m s/deg")
     ('m', 'N/m^1.5', 'kg m2', 'rad/s', 'N m s/rad')
     """

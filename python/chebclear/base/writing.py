@@ -18,8 +18,6 @@ from ..errors import ArgumentError
 def with_default_suffix(path: str | os.PathLike[str], suffix: str) -> Path:
     """A path with a default suffix if it has none.
 
-    Examples
-    --------
     >>> with_default_suffix("run", ".csv").name, with_default_suffix("run.txt", ".csv").name
     ('run.csv', 'run.txt')
     """

@@ -20,12 +20,7 @@ class Exports(ABC):
 
     @abstractmethod
     def dataset(self) -> Dataset:
-        """The result as named arrays with units: what all the exports are made from.
-
-        Returns
-        -------
-        Dataset
-        """
+        """The result as named arrays with units: what all the exports are made from."""
 
     def to_dict(self) -> dict[str, Any]:
         """The table of the result by column, the axis first, as `to_csv` and `to_dataframe` have it.
@@ -60,10 +55,6 @@ class Exports(ABC):
         """The table as a pandas data frame.
 
         Its index is the axis, its ``attrs`` hold the units by column (``attrs["units"]``) and the facts.
-
-        Returns
-        -------
-        pandas.DataFrame
 
         Raises
         ------

@@ -30,8 +30,6 @@ def matlab_name(word: str) -> str:
     Characters other than ASCII letters, digits and the underscore become underscores; a name that does not
     begin with a letter, or is a keyword, gets ``x_`` before it; at most 63 characters are kept.
 
-    Examples
-    --------
     >>> matlab_name("slider"), matlab_name("end"), matlab_name("2nd link"), matlab_name("größe")
     ('slider', 'x_end', 'x_2nd_link', 'gr__e')
     """
@@ -61,8 +59,6 @@ def structures(flat: dict[str, Any], taken: tuple[str, ...] = ()) -> dict[str, A
 
     Names in `taken` are not used at the outermost level.
 
-    Examples
-    --------
     >>> structures({"rod.C.x": 1, "rod.angle": 2, "rod.C!.x": 3})
     {'rod': {'C': {'x': 1}, 'angle': 2, 'C_': {'x': 3}}}
     """

@@ -26,8 +26,6 @@ def netcdf_name(name: str) -> str:
     underscores; a name that does not begin with a letter, a digit or an underscore gets an underscore before
     it, a type or a name that ends with a blank one after it.
 
-    Examples
-    --------
     >>> netcdf_name("slider.x"), netcdf_name("N/mm"), netcdf_name("$x"), netcdf_name("float")
     ('slider.x', 'N_mm', '_$x', 'float_')
     """

@@ -252,10 +252,6 @@ def allocate(
     rng : int, numpy.random.Generator or None
         Seed or generator of the draws; None for fresh ones. The seed is kept with the result.
 
-    Returns
-    -------
-    Allocation
-
     Raises
     ------
     ValueError, TypeError

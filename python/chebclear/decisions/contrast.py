@@ -277,10 +277,6 @@ def contrast(
     rng : int, numpy.random.Generator or None
         Seed or generator of the draws; None for fresh ones. The seed is kept with the result.
 
-    Returns
-    -------
-    Contrast
-
     Raises
     ------
     ValueError, TypeError

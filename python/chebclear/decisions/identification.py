@@ -262,10 +262,6 @@ def identify(
     rng : int, numpy.random.Generator or None
         Seed or generator of the points and the noise; the seed is kept with the result.
 
-    Returns
-    -------
-    Identification
-
     Raises
     ------
     ValueError, TypeError

@@ -134,10 +134,6 @@ def lost_motion(
     angles : int
         Angles of the drive over one revolution [-], both ends included.
 
-    Returns
-    -------
-    LostMotion
-
     Raises
     ------
     SceneError, SimulationError

@@ -163,10 +163,6 @@ class Measured(records.ArrayRecord, Named[Array]):
         bands : Band or StudyResult
             The band of one output, or a result, of which all outputs that were measured are compared.
 
-        Returns
-        -------
-        Agreement, or dict of str to Agreement
-
         Raises
         ------
         ValueError
@@ -331,10 +327,6 @@ def load_measured(
     t, angle : str, optional
         Columns of the instants and of the crank angle, which may start again with every turn; ``"t"`` and
         ``"angle"`` if there are such and neither is given.
-
-    Returns
-    -------
-    Measured
 
     Raises
     ------

@@ -171,10 +171,6 @@ def modes(scene: Scene, state: EndState | None = None) -> Modes:
     state : EndState, optional
         The end of a run of it, ``run.end``; its start if not given.
 
-    Returns
-    -------
-    Modes
-
     Raises
     ------
     ValueError, TypeError

@@ -144,10 +144,6 @@ def rare_share(
     rng : int, numpy.random.Generator or None
         Seed or generator of the draws; None for fresh ones.
 
-    Returns
-    -------
-    RareShare
-
     Raises
     ------
     ValueError, TypeError

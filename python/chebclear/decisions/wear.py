@@ -219,10 +219,6 @@ def wear_life(
     **steps
         Fields of `Settings` for the integration, such as ``rtol``.
 
-    Returns
-    -------
-    WearLife
-
     Raises
     ------
     ValueError, TypeError

@@ -139,8 +139,6 @@ UNITS = {
 def unit_of(name: str) -> str:
     """Unit of an argument: ``crank_length`` is a length, ``clearance.wrist`` a clearance; empty if unknown.
 
-    Examples
-    --------
     >>> unit_of("crank_length"), unit_of("clearance.wrist"), unit_of("clearance_at")
     ('m', 'm', '')
     """

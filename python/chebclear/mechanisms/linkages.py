@@ -82,10 +82,6 @@ def four_bar(
     gravity : float
         Acceleration of free fall against y [m/s²].
 
-    Returns
-    -------
-    Scene
-
     Raises
     ------
     SceneError
@@ -205,10 +201,6 @@ def six_bar(
     {pins}
     gravity : float
         Acceleration of free fall against y [m/s²].
-
-    Returns
-    -------
-    Scene
 
     Raises
     ------

@@ -168,10 +168,6 @@ def flores_slider_crank(
     **changes
         Any other argument of `slider_crank`.
 
-    Returns
-    -------
-    Scene
-
     Raises
     ------
     SceneError
@@ -271,10 +267,6 @@ def quick_return(
     {pins}
     gravity : float
         Acceleration of free fall against y [m/s²].
-
-    Returns
-    -------
-    Scene
 
     Raises
     ------

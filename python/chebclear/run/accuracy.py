@@ -67,8 +67,6 @@ def _kind(column: str) -> str:
 def chaos_horizon(t: Array, difference: Array, threshold: Array | float) -> Array:
     """First instant [s] at which a difference of two runs exceeds a threshold, else infinity.
 
-    Examples
-    --------
     >>> chaos_horizon(np.array([0.0, 0.1, 0.2]), np.array([0.0, -0.02, 0.005]), 0.01)
     array(0.1)
     """

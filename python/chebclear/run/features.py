@@ -33,8 +33,6 @@ _OTHER_WORDS = {
 def meant_kind(word: object) -> str:
     """``'; did you mean "..."?'`` with the kind of feature that a word may stand for, or the known ones.
 
-    Examples
-    --------
     >>> meant_kind("range"), meant_kind("Peak")
     ('; did you mean "peak_to_peak"?', '; did you mean "peak"?')
     """

@@ -76,8 +76,6 @@ def near_output(name: object, columns: Sequence[str]) -> str:
 def output_meant(name: object, columns: Sequence[str]) -> str:
     """What :func:`near_output` says, or else what there is.
 
-    Examples
-    --------
     >>> output_meant("slider.velocity", ["slider.vx", "slider.vy", "guide.velocity"])
     '; did you mean "slider.vx" or "slider.vy"?'
     >>> output_meant("piston.ax", ["slider.vx", "slider.vy", "guide.velocity"])

@@ -73,10 +73,6 @@ def simulate(
         `Trajectory.error` then has the difference of each output, and the time from which it exceeds 1 % of
         its range. This takes 3 to 5 times the work of the run itself.
 
-    Returns
-    -------
-    Trajectory
-
     Raises
     ------
     SceneError, SettingsError, StartError

@@ -359,10 +359,6 @@ class Trajectory(WithNotices, WithSignals, records.Saved, Exports, Named[Array],
             Where to draw; a new figure if not given.
         **options
             Passed to `plot_trajectory`.
-
-        Returns
-        -------
-        Axes
         """
         from ..plots.runs import plot_trajectory
 

@@ -64,8 +64,6 @@ _COLUMNS = {
 def column_unit(name: str) -> str:
     """SI unit of an output column; ``"-"`` for a number without one and ``""`` for an unknown column.
 
-    Examples
-    --------
     >>> column_unit("slider.vx"), column_unit("energy.total")
     ('m/s', 'J')
     """
@@ -96,8 +94,6 @@ _ENERGIES = {
 def column_words(name: str) -> str:
     """The meaning of an output column, in words for an axis; of an unknown column the name itself.
 
-    Examples
-    --------
     >>> column_words("slider.vx"), column_words("crank_pin.normal_force"), column_words("energy.total")
     ('x velocity of slider', 'normal force in crank pin', 'total energy')
     """
@@ -114,8 +110,6 @@ def column_words(name: str) -> str:
 def plain_words(name: str) -> str:
     """A name without the marks of code.
 
-    Examples
-    --------
     >>> plain_words("crank_pin"), plain_words("coupler.C")
     ('crank pin', 'coupler C')
     """

@@ -188,10 +188,6 @@ def normal(mean: float, standard_deviation: float) -> Normal:
     standard_deviation : float
         Standard deviation [SI unit of the quantity], above 0.
 
-    Returns
-    -------
-    Normal
-
     Raises
     ------
     ValueError, TypeError
@@ -220,10 +216,6 @@ def lognormal(mean: float, standard_deviation: float) -> Lognormal:
     standard_deviation : float
         Standard deviation of the quantity itself [SI unit of the quantity], above 0.
 
-    Returns
-    -------
-    Lognormal
-
     Raises
     ------
     ValueError, TypeError
@@ -250,10 +242,6 @@ def uniform(lower: float, upper: float) -> Uniform:
     lower, upper : float
         Ends [SI unit of the quantity].
 
-    Returns
-    -------
-    Uniform
-
     Raises
     ------
     ValueError, TypeError
@@ -276,10 +264,6 @@ def triangular(lower: float, mode: float, upper: float) -> Triangular:
     ----------
     lower, mode, upper : float
         Ends and the value that occurs most, which may be an end [SI unit of the quantity].
-
-    Returns
-    -------
-    Triangular
 
     Raises
     ------

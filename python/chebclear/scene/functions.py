@@ -88,8 +88,6 @@ class Table(Part):
 def unit_of_points(over: str) -> str:
     """Unit of the points of a table over a quantity; ``"unit"`` where it is not known.
 
-    Examples
-    --------
     >>> unit_of_points("time"), unit_of_points("crank.angle"), unit_of_points("2*ram.y")
     ('s', 'rad', 'unit')
     """

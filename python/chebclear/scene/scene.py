@@ -168,10 +168,6 @@ class Scene(Part):
         indent : int, optional
             Spaces to indent by [-]; one line if not given.
 
-        Returns
-        -------
-        str
-
         Raises
         ------
         SceneError
@@ -205,10 +201,6 @@ class Scene(Part):
         ----------
         text : str
             JSON text.
-
-        Returns
-        -------
-        Scene
 
         Raises
         ------

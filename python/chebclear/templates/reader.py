@@ -88,10 +88,6 @@ def loads(text: str, name: str = "scene", *, changes: Mapping[str, Any] | None =
     changes : mapping of str to object, optional
         As of `load`.
 
-    Returns
-    -------
-    Template
-
     Raises
     ------
     SceneError

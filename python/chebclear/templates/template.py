@@ -198,10 +198,6 @@ class Template:
         **given : float
             Values of parameters by name [SI units].
 
-        Returns
-        -------
-        Scene
-
         Raises
         ------
         SceneError

@@ -153,10 +153,6 @@ class StudyTradeoff(WithNotices, html.Reported, records.Saved, Exports, kind="st
         containment : float
             Least share of the samples of the hold-out runs within the bounds [-].
 
-        Returns
-        -------
-        StudyRecommendation
-
         Raises
         ------
         ValueError, TypeError
@@ -234,12 +230,7 @@ class StudyTradeoff(WithNotices, html.Reported, records.Saved, Exports, kind="st
         return f"{head}\n{format_table(*self.cells())}\n{chosen}"
 
     def cells(self) -> tuple[list[str], list[list[str]]]:
-        """Head and rows of the table, in words.
-
-        Returns
-        -------
-        list of str, list of list of str
-        """
+        """Head and rows of the table, in words."""
         head = ["bounds", "degree", "points", "runs", "stages", "time [s]"]
         for name in self.outputs:
             head += [f"{name} width error [%]", "inside [%]", "escape [%]", "fit error [%]"]
@@ -307,10 +298,6 @@ class StudyTradeoff(WithNotices, html.Reported, records.Saved, Exports, kind="st
             Where to draw; a new figure if not given.
         **options
             Passed to `plot_study_tradeoff`.
-
-        Returns
-        -------
-        Axes
         """
         from ..plots import costs as plot_costs
 

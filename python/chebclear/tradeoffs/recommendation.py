@@ -126,8 +126,6 @@ def largest_error(t: Array, growth: Array, until: float | None) -> Array:
 def power(number: float) -> str:
     """A positive number in the usual form of tolerances.
 
-    Examples
-    --------
     >>> power(1e-3), power(2.5e-10), power(0.02)
     ('1e-3', '2.5e-10', '2e-2')
     """

@@ -235,10 +235,6 @@ class Tradeoff(WithNotices, html.Reported, records.Saved, Exports, kind="tradeof
         ----------
         most : int
             Number of outputs at most [-].
-
-        Returns
-        -------
-        list of str
         """
         finished = [point.growth[:, -1] for point in self.points if np.all(np.isfinite(point.growth[:, -1]))]
         # The geometric mean over the runs, in which a loose tolerance counts no more than a tight one.
@@ -255,12 +251,7 @@ class Tradeoff(WithNotices, html.Reported, records.Saved, Exports, kind="tradeof
         return [self.outputs[_worst(largest_error(self.t, self.check.growth, None), self.ranges)]]
 
     def cells(self) -> tuple[list[str], list[list[str]]]:
-        """Header and rows of the table, as text.
-
-        Returns
-        -------
-        tuple of list of str and list of list of str
-        """
+        """Header and rows of the table, as text."""
         spans = [self.end]
         if self.t[0] < self.trusted_until < self.end:
             # The last instant at which the outputs still agree.
@@ -343,10 +334,6 @@ class Tradeoff(WithNotices, html.Reported, records.Saved, Exports, kind="tradeof
             Where to draw; a new figure if not given.
         **options
             Passed to `plot_tradeoff`.
-
-        Returns
-        -------
-        Axes
         """
         from ..plots import costs as plot_costs
 
@@ -367,8 +354,6 @@ class Tradeoff(WithNotices, html.Reported, records.Saved, Exports, kind="tradeof
 def format_error(error: float, uncertainty: float) -> str:
     """An error with two digits, as a bound if it is not above twice the uncertainty of the reference.
 
-    Examples
-    --------
     >>> format_error(3.14e-3, 1e-9), format_error(1e-9, 2e-9), format_error(float("nan"), 1e-9)
     ('0.0031', '≤ 3.0e-09', '-')
     """

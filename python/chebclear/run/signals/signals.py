@@ -39,10 +39,6 @@ class WithSignals(Named[Array]):
             Length of a piece [s], or in whole revolutions with an angle [-]; an eighth of the run if not
             given, and at least four revolutions of its drive. Lines are the inverse of it apart.
 
-        Returns
-        -------
-        Spectrum
-
         Raises
         ------
         KeyError
@@ -50,8 +46,6 @@ class WithSignals(Named[Array]):
         ValueError, TypeError
             If the window does not fit, it does not turn throughout, or the run ended early.
 
-        Examples
-        --------
         >>> import chebclear as cc
         >>> scene = cc.mechanisms.slider_crank(clearance_at=())
         >>> run = cc.simulate(scene, duration=8 * scene.period, samples=2881)
@@ -96,8 +90,6 @@ class WithSignals(Named[Array]):
         ValueError, TypeError
             If the run ended early, or `output` is no name of one column.
 
-        Examples
-        --------
         >>> import chebclear as cc
         >>> scene = cc.mechanisms.slider_crank(clearance_at=())
         >>> run = cc.simulate(scene, duration=4 * scene.period, samples=1441)
