@@ -1,10 +1,10 @@
-"""Tables of records: each field a column array, each entry a record."""
+"""Arrays of numbers, and tables of records: each field a column array, each entry a record."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, ClassVar, Generic, Self, TypeVar, overload
+from typing import Any, ClassVar, Generic, Self, TypeAlias, TypeVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from .shown import listed, shortened
 from .tables import format_table
 from .units import units
 
+Array: TypeAlias = NDArray[np.float64]
 Row = TypeVar("Row")
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks
 from ..base.named import Named
 from ..base.prefixes import format_quantity, format_range
+from ..base.rows import Array
 from ..base.shown import Shown, in_a_sentence, listed
 from ..errors import ArgumentError, ArgumentTypeError
 from ..execution.failures import AllFailedError
@@ -38,8 +39,6 @@ from ..study.study import Study
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-Array = NDArray[np.float64]
 
 # Differences of the two specifications that are named one by one.
 _MOST_NAMED = 12

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.random import default_rng
-from numpy.typing import NDArray
 
 from ..base.arguments import Checks, meant_or_known
 from ..base.prefixes import format_range
+from ..base.rows import Array
 from ..base.shown import Shown, listed
 from ..errors import ArgumentTypeError
 from ..run.notices import Notice, issue
@@ -30,7 +30,6 @@ from .trace import TraceFeature, asked_features, simulated, trace_features
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 # Part of half an interval from which on a point is at its end.
 _AT_THE_END = 0.98
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..base.rows import Array
 from ..base.units import unit
 from ..errors import ArgumentError, ArgumentTypeError
 from ..plots.drawing.pose import pose_columns, simulated_poses
@@ -17,8 +17,6 @@ from ..scene.parts import GROUND, ends_of, owner_of
 from ..scene.scene import ClearanceRevolute, Joint, JointStart, Prismatic, Revolute, Scene, Speed
 from ..study.features.swept import SweptRun
 from .lost_motion import without_play
-
-Array = NDArray[np.float64]
 
 _PIVOTS = (Revolute, ClearanceRevolute)
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base import units
 from ..base.arguments import Checks, as_number, meant_or_known
 from ..base.named import Named
+from ..base.rows import Array
 from ..base.shown import listed
 from ..errors import ArgumentError, ArgumentTypeError
 from ..run.settings import Settings
@@ -41,8 +41,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..run.trajectory import Trajectory
-
-Array = NDArray[np.float64]
 
 # Time of a revolution [s]: so slow that inertial forces are below rounding beside a unit load.
 _SLOW = 1e9

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base import files as records
 from ..base.arguments import Checks, meant_or_known
 from ..base.named import Named
 from ..base.prefixes import format_range
+from ..base.rows import Array
 from ..base.shown import Shown, listed
 from ..base.units import UnitError, convert, is_quantity, si_unit, unit
 from ..errors import ArgumentError, UnknownNameError
@@ -28,8 +28,6 @@ from ..study.features.traces import rising_edges
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-Array = NDArray[np.float64]
 
 _TURN = 2.0 * math.pi
 # A name and its unit, as in "acceleration [m/s2]" and "Time (ms)".

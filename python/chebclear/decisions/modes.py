@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..base.arguments import Checks
 from ..base.prefixes import format_quantity
+from ..base.rows import Array
 from ..base.shown import Shown
 from ..base.units import unit
 from ..errors import ArgumentError, ArgumentTypeError, warn
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..plots.animation.animate import Animation
-
-Array = NDArray[np.float64]
 
 # Acceleration, relative to the square of the speed over the size, up to which a state is at rest.
 _AT_REST = 1e-6

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..base.arguments import Checks
 from ..base.files import ArrayRecord
+from ..base.rows import Array
 from ..base.shown import listed
 from ..errors import ArgumentError, ArgumentTypeError
 from ..execution.failures import AllFailedError
@@ -26,8 +27,6 @@ from ..study.sources.finished import FinishedRuns
 from ..study.sources.scenes import MOST_RUNS
 from ..study.spec import declared_order
 from ..study.study import Study
-
-Array = NDArray[np.float64]
 
 # Values of a polynomial that are computed at a time [-], and draws for which they are wanted at most.
 _AT_A_TIME, _MOST_AT_A_TIME = 4_000_000, 20_000

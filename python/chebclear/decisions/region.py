@@ -10,9 +10,8 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from ..base.rows import Array
 from ..study.features.effects import fits_of, legendre_terms
-
-Array = NDArray[np.float64]
 
 # Runs nearest to a point whose distances are the measure there: coverages were measured with 40 to 60.
 _NEAREST = 50

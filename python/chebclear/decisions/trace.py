@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.random import default_rng
-from numpy.typing import NDArray
 
 from ..base.arguments import Checks, meant_or_known
+from ..base.rows import Array
 from ..base.units import unit
 from ..errors import ArgumentError
 from ..execution.failures import AllFailedError
@@ -28,7 +28,6 @@ from ..study.sources.run_table import RunTable
 from ..study.study import Study
 from .measured import Measured, quantity, unit_factor
 
-Array = NDArray[np.float64]
 TraceFeature = Feature | OfSamples
 
 # Impacts as they are seen in samples.

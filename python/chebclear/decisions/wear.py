@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal, TypeAlias, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base.arguments import Checks, meant_or_known
 from ..base.named import ReadOnlyDict
+from ..base.rows import Array
 from ..base.shown import Shown
 from ..base.units import unit
 from ..errors import ArgumentTypeError
@@ -29,7 +29,6 @@ from ..study.requirements.specification import Specification
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 End: TypeAlias = Literal["depth", "requirement", "budget", "failed"]
 
 # Sectors of a bearing whose scene has no profile [-]: those of its outputs of wear.

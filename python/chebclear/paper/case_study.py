@@ -20,10 +20,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import mechanisms
 from ..base.progress import Progress, reporter
+from ..base.rows import Array
 from ..base.units import unit
 from ..errors import ChebclearWarning
 from ..run.trajectory import Stats
@@ -33,8 +33,6 @@ from ..study.band.zones import RestraintZones, zones_of
 from ..study.comparison import Comparison, compare, root_mean_square
 from ..study.results import StudyResult
 from ..study.study import Study
-
-Array = NDArray[np.float64]
 
 CONVENTIONS = ("as_printed", "corrected")
 CRANK_LENGTH = 0.05  # Table 1 [m]

@@ -13,16 +13,14 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base import files as records
 from ..base.named import Named
+from ..base.rows import Array
 from ..base.units import unit
 from ..errors import UnknownNameError
 from .names import output_meant
 from .notices import HORIZON, Notice
-
-Array = NDArray[np.float64]
 
 HORIZON_PART = 0.01
 """Difference at which runs have diverged, relative to the range of the output [-]."""

@@ -9,10 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base import files as records
-from ..base.rows import Rows
+from ..base.rows import Array, Rows
 from ..base.units import unit
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -9,7 +9,6 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base.files import package_version
 from ..base.prefixes import format_exact, format_quantity, format_range
@@ -28,8 +27,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from .trajectory import Trajectory
-
-Array = NDArray[np.float64]
 
 MOST_PICTURES = 6
 """Most outputs that are drawn by default [-]."""

@@ -17,6 +17,7 @@ from numpy.typing import DTypeLike, NDArray
 from ..base import files as records
 from ..base.arguments import Checks
 from ..base.named import Named
+from ..base.rows import Array
 from ..base.shown import Shown
 from ..base.units import unit, units
 from ..data.dataset import Dataset, Variable, records as table_variables
@@ -37,8 +38,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..plots.animation.animate import Animation
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, repr=False)

@@ -8,12 +8,10 @@ from statistics import NormalDist
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
 from ..base.arguments import Checks
 from ..base.quantities import Interval
-
-Array = NDArray[np.float64]
+from ..base.rows import Array
 
 # The interval of a distribution without ends: three standard deviations to either side hold 99.73 %.
 _REACH = 3.0

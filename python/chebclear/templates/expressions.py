@@ -20,10 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import did_you_mean, meant_or_known
+from ..base.rows import Array
 from ..base.units import with_blank
 from ..errors import Problem, describe
-
-Array = NDArray[np.float64]
 
 # More than a formula of a mechanism needs: the inertia of a rod with two holes has 90 characters, 40 nodes
 # and depth 8. The limits keep hostile texts from costing time or stack.

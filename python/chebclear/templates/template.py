@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ..base.arguments import did_you_mean
 from ..base.quantities import Interval
+from ..base.rows import Array
 from ..base.units import si_unit, written
 from ..base.writing import named, replaced
 from ..errors import ArgumentError, ArgumentTypeError, Problem, SceneError, UnknownNameError
@@ -36,8 +37,6 @@ from ..study.requirements.specification import Specification
 from ..study.study import Study
 from .expressions import Expression, ExpressionError, ExpressionProblem
 from .toml_text import Path, write_toml
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base import files as records
 from ..base.arguments import Checks
+from ..base.rows import Array
 from ..base.shown import listed, spoken
 from ..base.tables import format_number, format_table, markdown_table
 from ..base.units import unit
@@ -24,8 +24,6 @@ from .report import costs_document
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-Array = NDArray[np.float64]
 
 # Fields of a point with one value, and with one for each output.
 _BY_POINT = ("bounds", "degree", "points", "runs", "stages", "seconds", "status")

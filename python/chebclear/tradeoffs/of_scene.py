@@ -9,7 +9,6 @@ from collections.abc import Iterable, Sequence
 from typing import Any, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base.arguments import Checks
 from ..base.progress import Progress, is_request, reporter
@@ -34,8 +33,6 @@ from .result import Tradeoff
 # Default limit of the steps of a measured run: a second or two. A setting that needs more is not a candidate,
 # and twenty of them would take hours.
 MOST_MEASURED_STEPS = 1_000_000
-
-Array = NDArray[np.float64]
 
 RTOLS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 REFERENCE_RTOL = 1e-12

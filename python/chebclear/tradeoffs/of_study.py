@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 from numpy.random import Generator, default_rng
-from numpy.typing import NDArray
 
 from ..base.arguments import Checks
+from ..base.rows import Array
 from ..errors import ArgumentError, ArgumentTypeError, SimulationError
 from ..run.notices import issue
 from ..study import sampled
@@ -29,8 +29,6 @@ from ..study.sources.scenes import MOST_NODES, MOST_RUNS
 from ..study.spec import MAX_RUNS
 from ..study.study import Study
 from .bounds import StudyTradeoff, StudyTradeoffPoint
-
-Array = NDArray[np.float64]
 
 _MOST_CORNERS = 8  # parameters: 256 corners
 # Margin for rounding of runs on the bound itself, relative to the largest width.

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base import files as records
 from ..base.arguments import Checks, did_you_mean
 from ..base.prefixes import format_exact, format_quantity
+from ..base.rows import Array
 from ..base.shown import spoken
 from ..base.tables import format_number
 from ..base.units import unit
@@ -21,8 +21,6 @@ from ..scene.columns import column_unit
 
 if TYPE_CHECKING:
     from .result import Tradeoff
-
-Array = NDArray[np.float64]
 
 MOST_ACCURACY = 1.0
 """Largest error that may be requested, relative to the range of an output [-]."""

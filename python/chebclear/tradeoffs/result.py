@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base import files as records
 from ..base.arguments import Checks, as_number
 from ..base.prefixes import format_exact
+from ..base.rows import Array
 from ..base.shown import listed
 from ..base.tables import format_number, format_table, markdown_table
 from ..base.units import unit
@@ -35,8 +35,6 @@ from .report import tradeoff_document
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-Array = NDArray[np.float64]
 
 # Most outputs shown one by one in a table; of more, only the worst is shown.
 _SHOWN = 4

@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.arguments import Checks, as_number, meant_or_known
+from ...base.rows import Array
 from ...base.units import convert, is_quantity
 from ...scene.distributions import Lognormal
 from ...scene.scene import Interval
@@ -18,8 +18,6 @@ from ...study.runner import Runner
 from ...templates.costs import GRADE
 from ...templates.fits import FitError, grade_tolerance
 from .excess import Cost
-
-Array = NDArray[np.float64]
 
 # Functions are searched from this part of the tolerance of the study to this multiple.
 _REACH = 10.0

@@ -11,11 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.rows import Array
 from ...data.needed import needed
 from ...scene.scene import Interval
 from ...study.features.effects import best_degree, fits_of, left_out, legendre_terms
-
-Array = NDArray[np.float64]
 
 # Errors of a plane at left-out runs, over the deviation of their values, that are those of rounding.
 _ROUNDING = 1e-9

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.random import Generator, default_rng
-from numpy.typing import NDArray
 
 from ...base.arguments import Checks
+from ...base.rows import Array
 from ...base.tables import format_ends
 from ...errors import ArgumentError
 from ...execution.failures import AllFailedError
@@ -30,8 +30,6 @@ from ...study.sources.scenes import MOST_RUNS
 from ...study.spec import declared_order
 from .costs import Price, prices_of
 from .excess import Exceeded, ExcessModel, Keeps, cheapest, cheapest_of, cost_slopes
-
-Array = NDArray[np.float64]
 
 LOOKS = 3
 """Designs that are verified, each by fresh runs and at half of the risk of the one before."""

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.prefixes import format_quantity
+from ...base.rows import Array
 from ...base.shown import Shown
 from ...data.needed import needed
 from ...errors import ArgumentError, warn
@@ -17,8 +17,6 @@ from ...report.document import Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-Array = NDArray[np.float64]
 
 # Part of the largest range that every other sample may miss before the samples count as too coarse.
 _MISSED = 0.01

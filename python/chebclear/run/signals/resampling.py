@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ...base.rows import Array
 
 
 def at_angle(t: Array, angle: Array, values: Array, wanted: float) -> Array:

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ...base.arguments import Checks
 from ...base.named import Named
+from ...base.rows import Array
 from ...scene.columns import column_unit
 from ...scene.scene import Scene, Speed
 from .cycles import Cycles, cycles_of
 from .spectrum import Spectrum, spectrum_of
-
-Array = NDArray[np.float64]
 
 
 class WithSignals(Named[Array]):

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.prefixes import format_quantity
+from ...base.rows import Array
 from ...base.shown import Shown
 from ...errors import ArgumentError, warn
 from ...report import html
@@ -18,8 +18,6 @@ from .resampling import interpolated, refined
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-Array = NDArray[np.float64]
 
 # Revolutions of a piece that keep whole orders apart: Hann's window spreads a line over two on each side.
 _APART = 4
