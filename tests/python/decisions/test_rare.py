@@ -73,21 +73,18 @@ def test_what_the_polynomial_does_not_know_is_told():
 
 
 @pytest.mark.parametrize(
-    ("given", "problem"),
+    "given",
     [
-        ({"along": 3}, "must be a Study and a result"),
-        ({"study": cc.Study(play, WIDE.intervals)}, "a distribution for every parameter"),
-        ({"specification": cc.require("pley", above=0.0)}, "no polynomial over time that follows"),
-        ({"specification": cc.require("play", above=-9.0)}, "give along larger intervals"),
-        ({"runs": 1, "draws": 0, "confidence": 1.0}, r"(?s)runs must.*draws must.*confidence must"),
-        (
-            {"along": cc.Study(lambda gap: play(gap, 0.0), {"gap": cc.Interval(0.0, 1.0)}).scan(3)},
-            "has other",
-        ),
+        {"along": 3},
+        {"study": cc.Study(play, WIDE.intervals)},
+        {"specification": cc.require("pley", above=0.0)},
+        {"specification": cc.require("play", above=-9.0)},
+        {"runs": 1, "draws": 0, "confidence": 1.0},
+        {"along": cc.Study(lambda gap: play(gap, 0.0), {"gap": cc.Interval(0.0, 1.0)}).scan(3)},
     ],
 )
-def test_bad_input(given, problem):
-    with pytest.raises((ValueError, TypeError), match=problem):
+def test_bad_input(given):
+    with pytest.raises((cc.errors.ArgumentError, cc.errors.ArgumentTypeError)):
         cc.rare_share(**{"study": SHAFT, "specification": LOW, "along": WIDE} | given)
 
 
@@ -97,5 +94,5 @@ def test_what_no_polynomial_follows_is_refused():
 
     along = cc.Study(stepped, {"x": cc.Interval(-1.0, 1.0)}).chebyshev(3)
     study = cc.Study(stepped, {"x": cc.normal(0.0, 0.2)})
-    with pytest.raises(ValueError, match="no polynomial over time"):
+    with pytest.raises(cc.errors.ArgumentError):
         cc.rare_share(study, cc.require("y", below=0.5), along)

@@ -41,28 +41,27 @@ def test_whole_numbers_have_an_upper_limit():
 )
 def test_counts_beyond_what_can_be_computed_are_refused(name, most):
     for value in (most + 1, 10**30):
-        words = f"{name} must be a whole number >= . and <= {most}, got "
-        with pytest.raises(ValueError, match=words):
+        with pytest.raises(ValueError, match=rf"^{name} .*{most}"):
             cc.Study(faller, SIDES, **(TIME | {name: value}))
         if name != "threads":
-            with pytest.raises(ValueError, match=words):
+            with pytest.raises(ValueError, match=rf"^{name} .*{most}"):
                 cc.simulate(faller(), **(TIME | {name: value}))
     cc.Study(faller, SIDES, **(TIME | {name: most}))
 
 
 @pytest.mark.parametrize(
-    ("call", "words"),
+    "call",
     [
-        (lambda study: study.scan(10_001), "points must be a whole number >= 2 and <= 10000, got 10001"),
-        (lambda study: study.chebyshev(2, 10**30), "nodes must be a whole number >= 3 and <= 10000"),
-        (lambda study: study.chebyshev(10**30), "degree must be a whole number >= 1 and <= 9999"),
-        (lambda study: study.scan(1001), "at most 1000000 runs, got 1001 x 1001 = 1002001"),
-        (lambda study: study.chebyshev(1000), "at most 1000000 runs, got 1001 x 1001 = 1002001"),
-        (lambda study: study.chebyshev(1, {"gravity": 9999, "mass": 101}), "got 9999 x 101 = 1009899"),
+        lambda study: study.scan(10_001),
+        lambda study: study.chebyshev(2, 10**30),
+        lambda study: study.chebyshev(10**30),
+        lambda study: study.scan(1001),
+        lambda study: study.chebyshev(1000),
+        lambda study: study.chebyshev(1, {"gravity": 9999, "mass": 101}),
     ],
 )
-def test_studies_of_too_many_runs_are_refused_before_a_scene_is_built(call, words):
-    with pytest.raises(ValueError, match=words):
+def test_studies_of_too_many_runs_are_refused_before_a_scene_is_built(call):
+    with pytest.raises(cc.errors.ArgumentError):
         call(cc.Study(unbuildable, SIDES, **TIME))
 
 
@@ -141,21 +140,12 @@ def test_problems_of_no_scene_are_not_blamed_on_the_first(monkeypatch, executor)
     assert caught.value.problems == problems[:1]
 
 
-POSITIVE = {
-    "crank_length": "m",
-    "rod_length": "m",
-    "journal_radius": "m",
-    "young_modulus": "Pa",
-}
-
-
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf, 10**400])
 def test_the_slider_crank_names_arguments_out_of_range(value):
+    positive = ("crank_length", "rod_length", "journal_radius", "young_modulus")
     with pytest.raises(cc.errors.SceneError) as caught:
-        cc.mechanisms.slider_crank(**dict.fromkeys(POSITIVE, value), restitution="high")
-    assert dict(caught.value.problems) == {
-        name: f"must be a finite number > 0 [{unit}], got {value!r}" for name, unit in POSITIVE.items()
-    } | {"restitution": "must be a number [-], got 'high'"}
+        cc.mechanisms.slider_crank(**dict.fromkeys(positive, value), restitution="high")
+    assert {path for path, _ in caught.value.problems} == {*positive, "restitution"}
 
 
 @pytest.mark.parametrize("name", ["crank_length", "rod_length", "crank_angle", "clearance", "poisson_ratio"])
@@ -170,8 +160,8 @@ def test_huge_numbers_are_no_overflow(name, value):
 
 def test_results_of_studies_are_compared_with_nothing_else():
     result = cc.Study(faller, SIDES, **TIME).scan(2)
-    for pair, name in (((result, result["block.y"]), "reference"), ((3, result), "result")):
-        with pytest.raises(TypeError, match=rf"^{name} must be a StudyResult, as Study\.chebyshev and"):
+    for pair in ((result, result["block.y"]), (3, result)):
+        with pytest.raises(cc.errors.ArgumentTypeError):
             cc.compare(*pair)
 
 

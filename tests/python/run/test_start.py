@@ -7,6 +7,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 from loops import four_bar
+from refusals import refused
 
 SPRING = cc.TorsionSpring("spring", "ground", "wheel", 2.0, damping=0.04)
 WHEEL = cc.Body("wheel", mass=1.0, inertia=0.02)
@@ -49,8 +50,7 @@ def test_a_start_that_contradicts_the_drive_is_said_to():
         drives=[cc.motions.Speed("drive", "pin", 1.0)],
         start=[cc.BodyStart("wheel", angle=0.5)],
     )
-    with pytest.raises(cc.errors.SceneError):
-        scene.check()
+    assert refused(scene)
 
 
 @pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
@@ -111,22 +111,13 @@ def test_joints_and_bodies_start_as_they_are_told():
 
 
 @pytest.mark.parametrize(
-    "start, words",
+    "given",
     [
-        ([cc.BodyStart("crank", angle=0.4), cc.BodyStart("rocker", angle=-1.0)], "cannot be assembled"),
-        (
-            [cc.BodyStart("crank", angular_velocity=1.0), cc.BodyStart("rocker", angular_velocity=9.0)],
-            "the start contradicts itself or the drives",
-        ),
-        ([cc.JointStart("A", 0.4), cc.JointStart("A", 0.5)], 'the start of "A" is given twice'),
+        {"start": [cc.BodyStart("crank", angle=0.4), cc.BodyStart("rocker", angle=-1.0)]},
+        {"start": [cc.BodyStart(name, angular_velocity=v) for name, v in (("crank", 1.0), ("rocker", 9.0))]},
+        {"start": [cc.JointStart("A", 0.4), cc.JointStart("A", 0.5)]},
+        {"start": [cc.JointStart("A", 0.5)], "drives": [cc.motions.Speed("drive", "A", 3.0, 0.4)]},
     ],
 )
-def test_starts_that_contradict_are_refused(start, words):
-    with pytest.raises(cc.errors.SceneError, match=words):
-        four_bar(start=start).check()
-
-
-def test_a_driven_joint_starts_where_its_drive_is():
-    scene = four_bar(drives=[cc.motions.Speed("drive", "A", 3.0, 0.4)], start=[cc.JointStart("A", 0.5)])
-    with pytest.raises(cc.errors.SceneError, match=r'"A".*"drive"'):
-        scene.check()
+def test_starts_that_contradict_are_refused(given):
+    assert refused(four_bar(**given))

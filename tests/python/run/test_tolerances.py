@@ -100,22 +100,6 @@ def test_friction_of_the_printed_convention_is_resolved_where_it_sticks(method, 
     assert np.abs(run["energy.balance"]).max() < 5e-4 * run["energy.kinetic"].max()
 
 
-def test_a_tradeoff_answers_for_a_mechanism_with_loops():
-    # The reference at 1e-12 by Rodas4 ended as "projection" after 0.43 revolutions.
-    scene = mechanisms.six_bar()
-    result = cc.tradeoff(
-        scene,
-        duration=0.45 * scene.period,
-        samples=46,
-        outputs=["output.angle"],
-        methods=["auto"],
-        rtols=[1e-6],
-        repeats=1,
-    )
-    assert result.reference.status == result.check.status == "done"
-    assert result.error(result["auto", 1e-6], "output.angle") < 1e-3
-
-
 def test_below_the_rounding_of_a_contact_a_tighter_tolerance_costs_nothing():
     # A slow crank with gravity: the explicit method took 8 times the steps at 1e-13 that it takes at 1e-11.
     scene = mechanisms.slider_crank(crank_speed=cc.rpm(100.0), gravity=9.81)

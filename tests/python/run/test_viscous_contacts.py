@@ -5,6 +5,7 @@ import math
 import chebclear as cc
 import numpy as np
 import pytest
+from refusals import refused
 
 MASS, SPEED, CLEARANCE = 0.3, 0.4, 1e-3
 METHODS = ["rodas5p", "rodas4", "dop853", "adams"]
@@ -92,15 +93,13 @@ class TestImpact:
 
 class TestBadInput:
     @pytest.mark.parametrize(
-        ("law", "problem"),
+        ("law", "field"),
         [
-            (cc.laws.KelvinVoigt(1e7, -1.0), "contact.damping: must be >= 0 [N s/m]"),
-            (cc.laws.Impact(1e7, 1.0, 0.0), "contact.depth: must be > 0 [m]"),
-            (cc.laws.Impact(1e7, 1.0, 1e-5, 0.5), "contact.exponent: must be >= 1"),
-            (cc.laws.KelvinVoigt(0.0, 1.0), "contact.stiffness: must be > 0"),
+            (cc.laws.KelvinVoigt(1e7, -1.0), "damping"),
+            (cc.laws.Impact(1e7, 1.0, 0.0), "depth"),
+            (cc.laws.Impact(1e7, 1.0, 1e-5, 0.5), "exponent"),
+            (cc.laws.KelvinVoigt(0.0, 1.0), "stiffness"),
         ],
     )
-    def test_numbers_that_no_contact_has(self, law, problem):
-        with pytest.raises(cc.errors.SceneError) as caught:
-            cc.mechanisms.slider_crank(contact=law).check()
-        assert problem in str(caught.value)
+    def test_numbers_that_no_contact_has(self, law, field):
+        assert list(refused(cc.mechanisms.slider_crank(contact=law))) == [f"joints[3].contact.{field}"]

@@ -252,18 +252,19 @@ def test_upright(pins):
 
 
 @pytest.mark.parametrize(
-    ("pins", "tolerance", "most"),
+    ("pins", "tolerance"),
     [
-        (("wrist",), {"position_tolerance": 1e30}, r"1.000e-5 \[m\], half the smallest clearance, got 1e30"),
-        ((), {"position_tolerance": 0.2}, r"1.200e-1 \[m\], the size of the mechanism, got 2e-1"),
-        (("wrist",), {"velocity_tolerance": 1e30}, r"\[m/s\], the speed of the mechanism, got 1e30"),
+        (("wrist",), {"position_tolerance": 1e30}),
+        ((), {"position_tolerance": 0.2}),
+        (("wrist",), {"velocity_tolerance": 1e30}),
     ],
 )
-def test_an_absolute_tolerance_larger_than_anything(pins, tolerance, most):
+def test_an_absolute_tolerance_larger_than_anything(pins, tolerance):
     scene = MECHANISMS.slider_crank(clearance_at=pins)
     (name,) = tolerance
-    with pytest.raises(cc.errors.SettingsError, match=rf"settings\.{name}: must be <= .*{most}"):
+    with pytest.raises(cc.errors.SettingsError) as caught:
         cc.simulate(scene, duration=1e-3, samples=11, **tolerance)
+    assert [problem.path for problem in caught.value.problems] == [f"settings.{name}"]
     study = cc.Study(
         MECHANISMS.slider_crank,
         {"rod_length": cc.Interval.around(0.12, rel=0.1)},
@@ -273,5 +274,5 @@ def test_an_absolute_tolerance_larger_than_anything(pins, tolerance, most):
         fixed={"clearance_at": pins},
         **tolerance,
     )
-    with pytest.raises(cc.errors.SettingsError, match=rf"settings\.{name}: must be <="):
+    with pytest.raises(cc.errors.SettingsError):
         study.scan(2)
