@@ -8,6 +8,7 @@ from pathlib import Path
 from ..base.writing import file_name
 from ..plots.drawing.scene import plot_scene
 from ..plots.runs import plot_orbit
+from ..report.pictures import png
 from ..run.trajectory import Trajectory
 from ..scene.columns import column_unit
 from ..scene.scene import ClearanceRevolute, Scene
@@ -23,7 +24,7 @@ def draw_each(plots: Mapping[str, Callable[..., object]], folder: Path) -> None:
     for name, plot in plots.items():
         figure = Figure(layout="constrained")
         plot(ax=figure.add_subplot())
-        figure.savefig(folder / f"{file_name(name)}.png", dpi=DPI)
+        (folder / f"{file_name(name)}.png").write_bytes(png(figure, DPI))
 
 
 def draw_scene(scene: Scene, path: Path) -> None:
@@ -32,7 +33,7 @@ def draw_scene(scene: Scene, path: Path) -> None:
 
     figure = Figure(figsize=(_WIDTH, _WIDTH), layout="constrained")
     plot_scene(scene, ax=figure.add_subplot())
-    figure.savefig(path, dpi=DPI)
+    path.write_bytes(png(figure, DPI))
 
 
 def draw_run(run: Trajectory, folder: Path) -> None:
@@ -45,11 +46,11 @@ def draw_run(run: Trajectory, folder: Path) -> None:
     figure = Figure(figsize=(_WIDTH, _HEIGHT * len(panels)), layout="constrained")
     for index, names in enumerate(panels.values()):
         run.plot(names, ax=figure.add_subplot(len(panels), 1, index + 1))
-    figure.savefig(folder / "outputs.png", dpi=DPI)
+    (folder / "outputs.png").write_bytes(png(figure, DPI))
     needed = ("eccentricity", "eccentricity_x", "eccentricity_y", "penetration")
     for joint in run.scene.joints:
         known = all(f"{joint.name}.{name}" in run.columns for name in needed)
         if isinstance(joint, ClearanceRevolute) and known:
             figure = Figure(figsize=(_WIDTH, _WIDTH), layout="constrained")
             plot_orbit(run, joint.name, ax=figure.add_subplot())
-            figure.savefig(folder / f"orbit_{file_name(joint.name)}.png", dpi=DPI)
+            (folder / f"orbit_{file_name(joint.name)}.png").write_bytes(png(figure, DPI))

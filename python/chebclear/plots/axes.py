@@ -22,20 +22,27 @@ MARKERS = "osD^vP*X"
 
 
 def new_axes(ax: Axes | None) -> Axes:
-    """`ax`, or the axes of a new figure: one of pyplot's if pyplot has been imported."""
-    if ax is not None:
-        from matplotlib.axes import Axes
+    """`ax`, or the axes of a new figure: one of pyplot's if pyplot has been imported.
 
-        if not isinstance(ax, Axes):
-            raise ArgumentTypeError(f"ax must be an Axes of matplotlib, got {type(ax).__name__}")
-        return ax
-    if "matplotlib.pyplot" in sys.modules:
-        from matplotlib import pyplot
-
-        return pyplot.subplots(layout="constrained")[1]
+    Lines get colors that color-blind readers can distinguish too, unless the user has chosen a style.
+    """
+    import matplotlib as mpl
+    from cycler import cycler
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    return Figure(layout="constrained").subplots()
+    if ax is None:
+        if "matplotlib.pyplot" in sys.modules:
+            from matplotlib import pyplot
+
+            ax = pyplot.subplots(layout="constrained")[1]
+        else:
+            ax = Figure(layout="constrained").subplots()
+    elif not isinstance(ax, Axes):
+        raise ArgumentTypeError(f"ax must be an Axes of matplotlib, got {type(ax).__name__}")
+    if not ax.lines and mpl.rcParams["axes.prop_cycle"] == mpl.rcParamsDefault["axes.prop_cycle"]:
+        ax.set_prop_cycle(cycler(color=COLORS))
+    return ax
 
 
 def line_style(given: dict[str, Any], **defaults: Any) -> dict[str, Any]:
@@ -76,12 +83,3 @@ def abscissa_of(x: object, samples: int) -> Array:
         what = f"an array of shape {given.shape}" if given.dtype.kind in "iuf" else repr(x)
         raise ArgumentError(f"x must be {samples} numbers, one for each sample, got {what}")
     return given.astype(float)
-
-
-def distinct_colors(ax: Axes) -> None:
-    """Give new axes line colors for color-blind readers too, unless the user has chosen a style."""
-    import matplotlib as mpl
-    from cycler import cycler
-
-    if not ax.lines and mpl.rcParams["axes.prop_cycle"] == mpl.rcParamsDefault["axes.prop_cycle"]:
-        ax.set_prop_cycle(cycler(color=COLORS))

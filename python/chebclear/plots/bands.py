@@ -12,7 +12,7 @@ from ..base.arguments import Checks
 from ..base.prefixes import format_range
 from ..report.document import Picture
 from ..scene.columns import plain_words
-from .axes import COLORS, abscissa_of, distinct_colors, line_style, new_axes, unit_scale
+from .axes import COLORS, abscissa_of, line_style, new_axes, unit_scale
 from .labels import legend_above_the_data, set_labels, set_x_label, with_unit, words_of
 from .subjects import require
 
@@ -343,7 +343,6 @@ def plot_sensitivity(
     slope = band.sensitivity(parameter, normalized=normalized)
     reference = None if ideal is None else ideal.sensitivity(parameter, normalized=normalized)
     ax = new_axes(ax)
-    distinct_colors(ax)
     what = _slope_unit(band, parameter, parameter_unit, normalized=normalized)
     output = words_of(band.name, band.unit)
     style = line_style(line, linewidth=0.9, label=f"{output} to {plain_words(parameter)} [{what}]")

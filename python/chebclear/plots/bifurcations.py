@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base.arguments import Checks
 from ..scene.columns import column_unit, column_words, plain_words
-from .axes import COLORS, distinct_colors, line_style, new_axes, unit_scale
+from .axes import COLORS, line_style, new_axes, unit_scale
 from .labels import set_labels, typeset, with_unit
 from .subjects import require
 
@@ -61,7 +61,6 @@ def plot_bifurcation(
     checks.finish()
     scale, shown = unit_scale(column_unit(diagram.output), unit)
     ax = new_axes(ax)
-    distinct_colors(ax)
     count = diagram.samples.shape[1]
     # Points lie on each other where the motion repeats itself: they are drawn lightly where there are many.
     many = diagram.samples.size > 3000
@@ -129,7 +128,6 @@ def plot_sweep(
     values = sweep[feature]
     scale, shown = unit_scale(sweep.units[feature], unit)
     ax = new_axes(ax)
-    distinct_colors(ax)
     at, ends = parameter_scale * sweep.points, scale * np.quantile(values, (0.05, 0.95), axis=1)
     ax.plot(at, scale * values.mean(axis=1), **line_style(line, label="mean"))
     ax.fill_between(at, *ends, alpha=0.3, linewidth=0.0, label="5 to 95 % of the revolutions")

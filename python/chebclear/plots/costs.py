@@ -13,7 +13,6 @@ from ..errors import UnknownNameError
 from ..scene.columns import column_unit, column_words, plain_words
 from .axes import COLORS, MARKERS, line_style, new_axes
 from .labels import (
-    lay_out,
     legend_columns,
     plain_numbers,
     set_labels,
@@ -294,7 +293,6 @@ def plot_allocation(allocation: Allocation, *, ax: Axes | None = None, **bars: A
         beside: dict[str, Any] = {"xytext": (5.0, 0.0), "textcoords": "offset points", "va": "center"}
         ax.annotate(typeset(text), place, fontsize="small", **beside)
     ax.axvline(1.0, color="0.2", linewidth=0.8)
-    lay_out(ax)
     low, high = math.log(0.9 * min(1.0, *factors)), math.log(1.1 * max(1.0, *factors))
     # The quantities stand to the right of the bars.
     widest = max(text_width(text, float(ax.xaxis.label.get_fontsize())) for text in words)

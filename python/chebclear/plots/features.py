@@ -13,7 +13,6 @@ from ..base.prefixes import prefix_of
 from ..scene.columns import plain_words
 from .axes import COLORS, new_axes, unit_scale
 from .labels import (
-    lay_out,
     legend_columns,
     set_row_names,
     set_x_label,
@@ -118,7 +117,6 @@ def plot_tornado(
     # Not up into the legend.
     ax.plot((mean, mean), (-0.5, len(shown) - 0.5), color="0.2", linewidth=0.8)
     set_row_names(ax, [plain_words(name) for name in shown])
-    lay_out(ax)
     _values_beside(ax, sides)
     ax.locator_params(axis="x", nbins=4)
     ax.ticklabel_format(axis="x", useOffset=False)
@@ -395,7 +393,6 @@ def plot_identification(found: Identification, *, ax: Axes | None = None, **poin
 def _bars_with_whiskers(ax: Axes, rows: list[tuple[str, Any, str]], bars: dict[str, Any]) -> None:
     """Bars of estimates in per cent from the top down, with their intervals and values."""
     set_row_names(ax, [name for name, _, _ in rows])
-    lay_out(ax)
     for row, (_, estimate, color) in enumerate(rows):
         value, lower, upper = (100.0 * number for number in estimate)
         style: dict[str, Any] = {"height": 0.6, "color": color} | bars

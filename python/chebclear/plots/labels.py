@@ -191,11 +191,7 @@ def set_labels(ax: Axes, x: str, y: str) -> None:
 
 
 def set_x_label(ax: Axes, text: str) -> None:
-    """A label below the axes, in as many lines as it needs to be no wider; and numbers that do not touch.
-
-    To be called when all else but a legend is there: the width of the axes depends on what is beside them.
-    """
-    lay_out(ax)
+    """A label below the axes, in as many lines as it needs to be no wider; and numbers that do not touch."""
     label = ax.set_xlabel("")
     label.set_text(in_lines(text, size_of(ax)[0], float(label.get_fontsize())))
     _part_numbers(ax)
@@ -254,12 +250,14 @@ def set_row_names(ax: Axes, names: Sequence[str]) -> None:
             break
     ax.set_yticks(range(len(names)), texts, fontsize=scale * size)
     ax.set_ylim(len(names) - 0.4, -0.6)
+    lay_out(ax)
 
 
 def add_color_bar(ax: Axes, shades: ScalarMappable, text: str, **bar: Any) -> None:
     """A color bar beside the axes, with a label in as many lines as their height needs."""
     size = float(ax.yaxis.label.get_fontsize())
     ax.figure.colorbar(shades, ax=ax, label=in_lines(text, size_of(ax)[1], size), **bar)
+    lay_out(ax)
 
 
 def in_lines(text: str, length: float, size: float) -> str:
@@ -290,10 +288,12 @@ def legend_above_the_data(ax: Axes, title: str | None = None, shown: Mapping[str
     before = ax.get_legend()
     if before is not None:
         before.remove()
-    lay_out(ax)
-    height = size_of(ax)[1]
     font = float(ax.xaxis.label.get_fontsize()) / _SMALLER
     columns = legend_columns(ax, texts)
+    if columns < len(texts):  # every point counts
+        lay_out(ax)
+        columns = legend_columns(ax, texts)
+    height = size_of(ax)[1]
     # Alone in its row an entry is as wide as the axes at most.
     wide = size_of(ax)[0] - (_LEGEND_HANDLE + _LEGEND_FRAME) * font
     limits = _drawn_limits(ax)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..base.tables import format_number
 from ..errors import ArgumentError
 from ..scene.columns import plain_words
-from .axes import MARKERS, distinct_colors, line_style, new_axes, unit_scale
+from .axes import MARKERS, line_style, new_axes, unit_scale
 from .labels import legend_above_the_data, plain_numbers, set_labels, with_unit, words_of
 from .subjects import require
 
@@ -59,7 +59,6 @@ def plot_coefficients(band: Band, *, ax: Axes | None = None, **line: Any) -> Axe
     require("band", band, "Band")
     sizes = np.abs(band.coefficients).max(axis=-1)
     ax = new_axes(ax)
-    distinct_colors(ax)
     for axis, name in enumerate(band.intervals):
         others = tuple(other for other in range(sizes.ndim) if other != axis)
         largest = sizes.max(axis=others)
@@ -134,7 +133,6 @@ def plot_prediction(
     error, reach = float(np.abs(predicted - simulated).max()), float(np.ptp(simulated))
     chosen = slice(None, None, -(-predicted.size // _MOST_POINTS))
     ax = new_axes(ax)
-    distinct_colors(ax)
     count = len(holdout.runs)
     share = error / reach if reach else 0.0
     size = "below 0.01 %" if share < 1e-4 else f"{format_number(100.0 * share, 2)} %"

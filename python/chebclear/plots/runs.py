@@ -19,7 +19,7 @@ from ..errors import ArgumentError, ArgumentTypeError
 from ..scene.columns import column_unit, column_words, plain_words
 from ..scene.parts import loose_joints
 from ..scene.scene import ClearanceRevolute
-from .axes import abscissa_of, distinct_colors, line_style, new_axes, unit_scale
+from .axes import abscissa_of, line_style, new_axes, unit_scale
 from .labels import (
     add_color_bar,
     legend_above_the_data,
@@ -96,7 +96,6 @@ def plot_trajectory(
     scale, shown = unit_scale(units.pop(), unit)
     abscissa = run.t if x is None else abscissa_of(x, len(run.t))
     ax = new_axes(ax)
-    distinct_colors(ax)
     common = words_in_common(names)
     for name, curve in zip(names, curves, strict=True):
         words = column_words(name)
@@ -278,7 +277,6 @@ def plot_poincare(
         scale, shown = unit_scale(column_unit(column), unit)
         data.append((scale * run[column][section], with_unit(column_words(column), shown)))
     ax = new_axes(ax)
-    distinct_colors(ax)
     style = line_style(points, marker=".", markersize=4.0, linestyle="none")
     ax.plot(data[0][0], data[1][0], **style)
     set_labels(ax, data[0][1], data[1][1])

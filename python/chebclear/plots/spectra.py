@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks
 from ..errors import ArgumentError, ArgumentTypeError
 from ..scene.columns import column_unit, column_words, plain_words
-from .axes import abscissa_of, distinct_colors, line_style, new_axes, unit_scale
+from .axes import abscissa_of, line_style, new_axes, unit_scale
 from .labels import add_color_bar, set_labels, with_unit
 from .subjects import is_a, require, require_name
 
@@ -194,7 +194,6 @@ def plot_spectrum(
     require("spectrum", spectrum, "Spectrum")
     scale, shown = unit_scale(spectrum.unit, unit)
     ax = new_axes(ax)
-    distinct_colors(ax)
     # Without the mean, which each piece lost.
     ax.plot(spectrum.lines[1:], scale * spectrum.amplitude[1:], **line_style(line, linewidth=0.8))
     ax.set_yscale("log")
@@ -232,7 +231,6 @@ def plot_cycles(cycles: Cycles, *, ax: Axes | None = None, unit: str | None = No
     require("cycles", cycles, "Cycles")
     scale, shown = unit_scale(cycles.unit, unit)
     ax = new_axes(ax)
-    distinct_colors(ax)
     reached = np.cumsum(cycles.counts)
     ax.step(reached, scale * cycles.ranges, where="pre", **line_style(line))
     ax.set_xscale("log")

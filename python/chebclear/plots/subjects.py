@@ -14,28 +14,6 @@ from ..errors import ArgumentError, ArgumentTypeError
 if TYPE_CHECKING:
     from ..run.trajectory import Trajectory
 
-# What a function takes, for its users.
-_WORDS = {
-    "Trajectory": "a Trajectory, as simulate returns it",
-    "Band": 'a Band: one output of a study, such as result["slider.x"]',
-    "RestraintZones": "what restraint_zones returns",
-    "FeatureResult": 'a feature of a study, such as result.features["peak force"]',
-    "Ranking": 'a Ranking, such as result.ranking("peak force")',
-    "Tradeoff": "a Tradeoff, as tradeoff returns it",
-    "StudyTradeoff": "a StudyTradeoff, as study_tradeoff returns it",
-    "Share": 'the share of a specification, such as conformance(...)["stroke"]',
-    "Difference": 'a feature of two designs, such as contrast(...)["peak force"]',
-    "Agreement": 'what a measured trace is compared with: measured.compare(result["slider.x"])',
-    "Identification": "an Identification, as identify returns it",
-    "Allocation": "an Allocation, as allocate returns it",
-    "LostMotion": "a LostMotion, as lost_motion returns it",
-    "WearLife": "a WearLife, as wear_life returns it",
-    "Spectrum": 'a Spectrum, as run.spectrum("slider.ax") returns it',
-    "Cycles": 'load cycles, as run.cycles("wrist.normal_force") returns them',
-    "Sweep": "a Sweep, as Study.sweep returns it",
-    "Bifurcation": "a Bifurcation, as bifurcation returns it",
-}
-
 
 def is_a(value: object, kind: str) -> bool:
     """Whether a value is of a class of this name, or of one derived from it."""
@@ -45,7 +23,7 @@ def is_a(value: object, kind: str) -> bool:
 def require(argument: str, value: object, kind: str) -> None:
     """Refuse, with a TypeError, what is not of the class that a plot draws."""
     if not is_a(value, kind):
-        raise ArgumentTypeError(f"{argument} must be {_WORDS[kind]}; got {type(value).__name__}")
+        raise ArgumentTypeError(f"{argument} must be a {kind} of chebclear, got {type(value).__name__}")
 
 
 def require_name(argument: str, name: object, run: Trajectory) -> None:

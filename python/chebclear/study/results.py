@@ -36,8 +36,9 @@ from .features.features import NO_FEATURES, FeatureResult, FeatureTable
 from .features.ranking import Ranking
 from .polynomials.points import nominal_point
 from .polynomials.surrogate import BoundKind
+from .report.answer import main_numbers
 from .report.dataset import study_dataset
-from .report.document import study_document, verdict_table
+from .report.document import study_document
 from .report.summary import summary
 from .requirements.conformance import Conformance
 from .sources.run_table import OF_RUNS, RunTable
@@ -189,7 +190,7 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
         from ..plots.bands import band_picture
 
         pictures = [band_picture(band) for band in list(self.bands.values())[:2]]
-        return html.fragment(repr(self)[1:-1], [verdict_table(self), *pictures] if pictures else [])
+        return html.fragment(repr(self)[1:-1], [*main_numbers(self), *pictures] if pictures else [])
 
     def __repr__(self) -> str:
         how = self.kind

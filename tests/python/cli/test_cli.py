@@ -12,8 +12,6 @@ from chebclear.cli import program
 from chebclear.errors import ArgumentError, MissingProgramError, SceneError, SimulationError
 from chebclear.paper import case_study as paper
 
-TABLE_3_OUTPUTS = {"slider.x", "slider.vx", "slider.ax", "wrist.penetration"}
-
 
 @pytest.fixture(scope="module")
 def study():
@@ -59,52 +57,28 @@ def test_json_of_the_real_command(tmp_path):
     command = [sys.executable, "-m", "chebclear", "paper", "--json"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=600, check=True)
     numbers = json.loads(done.stdout)
-    assert done.stdout.count("\n") == 1
-    assert done.stderr == ""
-    assert not list(tmp_path.iterdir())
+    assert done.stdout.count("\n") == 1 and done.stderr == "" and not list(tmp_path.iterdir())
     assert set(numbers) == {"format", "as_printed", "corrected", "runs", "seconds"}
     for name in ("as_printed", "corrected"):
-        tables = numbers[name]
-        assert set(tables) == {"table3", "velocity_width", "table4", "table5"}
-        assert set(tables["table3"]) == TABLE_3_OUTPUTS
-        assert all(set(errors) == {"lower", "upper"} for errors in tables["table3"].values())
-        assert set(tables["velocity_width"]) == {"0.01", "0.02"}
-        assert set(tables["table4"]) == {"0.01", "0.02"}
-        assert all(
-            set(by_length) == {"crank_length", "rod_length"} for by_length in tables["table4"].values()
-        )
-        assert set(tables["table5"]) == {"0.2", "0.5"}
-        for row in tables["table5"].values():
-            assert set(row) == {"width_x", "width_vx", "sensitivity_x", "sensitivity_vx"}
+        assert set(numbers[name]) == {"table3", "velocity_width", "table4", "table5"}
+        assert set(numbers[name]["table3"]) == {"slider.x", "slider.vx", "slider.ax", "wrist.penetration"}
+        assert set(numbers[name]["table4"]) == {"0.01", "0.02"}
     assert isinstance(numbers["runs"], int)
-    assert isinstance(numbers["seconds"], float)
 
 
-def test_default_directory(computed, tmp_path, monkeypatch, capsys):
+def test_files_are_replaced_and_others_left(computed, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
+    out = tmp_path / "paper_results"
+    out.mkdir()
+    for name in ("notes.txt", "tables.md"):
+        (out / name).write_text("mine")
     assert cli.main(["paper"]) == 0
-    assert {path.name for path in tmp_path.iterdir()} == {"paper_results"}
-    assert {path.name for path in (tmp_path / "paper_results").iterdir()} == {"tables.md"}
-    printed = capsys.readouterr().out
-    assert (tmp_path / "paper_results" / "tables.md").read_text(encoding="utf-8") in printed
-    assert "paper_results" in printed
-
-
-def test_all_files(computed, tmp_path, capsys):
-    out = tmp_path / "made" / "results"
-    assert cli.main(["paper", "--out", str(out), "--json"]) == 0
+    assert (out / "notes.txt").read_text() == "mine"
+    assert (out / "tables.md").read_text(encoding="utf-8") in capsys.readouterr().out
+    assert {path.name for path in tmp_path.rglob("*")} == {"paper_results", "notes.txt", "tables.md"}
+    assert cli.main(["paper", "--out", str(tmp_path / "made" / "here"), "--json"]) == 0
     json.loads(capsys.readouterr().out)
-    names = {str(path.relative_to(out)) for path in out.rglob("*") if path.is_file()}
-    assert names == {"tables.md"}
-    assert [path.name for path in out.parent.iterdir()] == ["results"]
-
-
-def test_second_run_replaces_the_first_and_leaves_other_files(computed, tmp_path):
-    (tmp_path / "notes.txt").write_text("mine")
-    (tmp_path / "tables.md").write_text("old")
-    assert cli.main(["paper", "--out", str(tmp_path)]) == 0
-    assert (tmp_path / "notes.txt").read_text() == "mine"
-    assert "Table 3" in (tmp_path / "tables.md").read_text(encoding="utf-8")
+    assert [path.name for path in (tmp_path / "made").rglob("*")] == ["here", "tables.md"]
 
 
 def test_nothing_half_written_is_left(computed, tmp_path, monkeypatch, capsys):
@@ -148,7 +122,7 @@ def test_bad_arguments_exit_with_2(words, capsys):
 @pytest.mark.parametrize("text", ["9.99e-14", "0.1001", "0"])
 def test_a_tolerance_that_no_run_accepts_exits_with_2(text, capsys):
     assert cli.main(["paper", "--rtol", text]) == 2
-    assert "rtol must be a finite number >= 1e-13 and <= 0.1 [-], got" in capsys.readouterr().err
+    assert "rtol" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("text", ["1e-13", "0.1"])
@@ -208,4 +182,4 @@ def test_a_defect_is_not_told_as_wrong_arguments(error, monkeypatch, capsys):
     monkeypatch.setattr(paper, "case_study", raising(error))
     assert cli.main(["paper", "--json"]) == program.EXIT_DEFECT == 70
     told = capsys.readouterr().err
-    assert "Traceback" in told and f"{type(error).__name__}: " in told and "a defect of the program" in told
+    assert "Traceback" in told and f"{type(error).__name__}: " in told

@@ -37,10 +37,10 @@ def test_it_prints_and_writes_what_the_study_finds(file, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("words", "problem"),
     [
-        (("crank_sped", "1", "2"), 'did you mean "crank_speed"'),
-        (("crank_speed", "1 m", "2"), "crank_speed is in rad/s"),
-        (("crank_speed", "3", "2"), "lower must be < upper"),
-        (("crank_speed", "1 rmp", "2"), "unknown unit"),
+        (("crank_sped", "1", "2"), '"crank_speed"'),
+        (("crank_speed", "1 m", "2"), "rad/s"),
+        (("crank_speed", "3", "2"), "lower"),
+        (("crank_speed", "1 rmp", "2"), "rmp"),
     ],
 )
 def test_bad_input(file, capsys, words, problem):

@@ -350,17 +350,3 @@ def test_a_motion_that_comes_back_has_two_heads():
     assert len(arrows) == 1
     start, end = ends(arrows[0])
     np.testing.assert_allclose((end - start) / np.hypot(*(end - start)), (0.6, 0.8), atol=1e-12)
-
-
-@pytest.mark.parametrize("size", [(4.0, 3.0), (8.0, 4.0)])
-def test_labels_lie_within_the_axes(size):
-    for scene in (cc.mechanisms.slider_crank(crank_angle=1.0), cc.mechanisms.quick_return(gravity=9.81)):
-        figure = Figure(figsize=size, layout="constrained")
-        axes = cc.plots.plot_scene(scene, ax=figure.subplots())
-        figure.draw_without_rendering()
-        box = axes.get_window_extent()
-        for text in axes.texts:
-            if text.get_text():
-                extent = text.get_window_extent()
-                assert box.x0 - 2.0 < extent.x0 and extent.x1 < box.x1 + 2.0, text
-                assert box.y0 - 2.0 < extent.y0 and extent.y1 < box.y1 + 2.0, text

@@ -146,29 +146,11 @@ class TestTrajectory:
         with pytest.raises(cc.errors.ArgumentError):
             cc.plots.plot_trajectory(run, "slider.vx", ax=ax, unit="kN")
 
-    def test_every_column_of_a_run_has_a_unit(self, run):
-        assert not [name for name in run.columns if not column_unit(name)]
-
 
 def test_orbit_finds_the_clearance(run, ax):
     cc.plots.plot_orbit(run, "wrist", ax=ax, unit="mm")
     circle = ax.lines[0]
     np.testing.assert_allclose(np.hypot(*circle.get_data()), 0.02, rtol=1e-6)
-
-
-@pytest.mark.parametrize("size", [(6.4, 4.8), (8.0, 3.0), (3.0, 6.0)])
-def test_the_legend_of_an_orbit_covers_nothing(run, size):
-    figure = Figure(figsize=size)
-    left, right = figure.subplots(1, 2)
-    cc.plots.plot_orbit(run, "wrist", ax=left)
-    for _ in range(2):  # a second path: another two lines in the legend
-        cc.plots.plot_orbit(run, "wrist", ax=right)
-    figure.draw_without_rendering()
-    for ax in (left, right):
-        legend = ax.get_legend().get_window_extent()
-        assert legend.y1 < ax.get_window_extent().y1
-        for line in ax.lines:
-            assert line.get_transform().transform(line.get_xydata())[:, 1].max() < legend.y0
 
 
 class TestBand:

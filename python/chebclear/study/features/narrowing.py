@@ -121,8 +121,12 @@ class _Scatter(NamedTuple):
     """Weights of the runs in the resampled sets, shape (runs, replicates)."""
     waits: NDArray[np.float32]
     """Exponential waiting times for these, shape (points, neighbors, replicates)."""
-    anywhere: Rows | None
-    """Runs from which that of a point is drawn, shape (points, neighbors); None if it must be one nearby."""
+
+    def chosen(self, among: Rows) -> Rows:
+        """Which of the runs a point gets in each of the resampled sets, shape (points, replicates)."""
+        # Who comes first, at rates that are the weights, is drawn by the weights.
+        weighted = np.argmin(self.waits / self.weights[among], axis=1)
+        return np.asarray(np.take_along_axis(among, weighted, axis=1))
 
 
 def _narrowed(model: Model, points: Array, nominal: Array, seed: int) -> tuple[Array, Array]:
@@ -154,8 +158,9 @@ def _narrowed(model: Model, points: Array, nominal: Array, seed: int) -> tuple[A
         drawn=random.integers(near if uneven else runs, size=(count, _DRAWS // count)),
         weights=random.exponential(size=(runs, REPLICATES)).astype(np.float32),
         waits=random.standard_exponential(size=(_POINTS, near, REPLICATES), dtype=np.float32),
-        anywhere=None if uneven else random.integers(runs, size=(_POINTS, near)),
     )
+    # Where all runs are alike, the same ones for every box.
+    anywhere = None if uneven else scatter.chosen(random.integers(runs, size=(_POINTS, near)))
     own_cycles = random.integers(model.left.shape[1], size=(count, _DRAWS // count))
     cycles = random.integers(model.left.shape[1], size=(_POINTS, REPLICATES))
 
@@ -184,10 +189,7 @@ def _narrowed(model: Model, points: Array, nominal: Array, seed: int) -> tuple[A
 
     def again_values(at: Array) -> Array:
         """Those of the resampled sets, shape (points, replicates)."""
-        among = nearest(at) if scatter.anywhere is None else scatter.anywhere
-        # Who comes first, at rates that are the weights, is drawn by the weights.
-        weighted = np.argmin(scatter.waits / scatter.weights[among], axis=1)
-        chosen = np.take_along_axis(among, weighted, axis=1)
+        chosen = scatter.chosen(nearest(at)) if anywhere is None else anywhere
         basis = legendre_terms(at, model.fit.powers)
         return np.asarray(basis @ again + left_at(at, chosen, cycles) * model.scale)
 

@@ -21,9 +21,6 @@ if TYPE_CHECKING:
     from ..requirements.conformance import Conformance
     from ..results import StudyResult
 
-# Lines of the table of main numbers; the details have all.
-_MOST_LINES = 12
-
 JUDGMENTS: dict[str, Judgment] = {
     "resolved": "good",
     "certified": "good",
@@ -173,32 +170,33 @@ def features_of(result: StudyResult) -> list[FeatureResult]:
     return [one for one in found if isinstance(one, FeatureResult)]
 
 
-def main_numbers(result: StudyResult) -> list[Table]:
-    """Features and outputs, a line each: without tolerances, smallest, largest, how sure."""
+def main_numbers(result: StudyResult, most: int | None = None) -> list[Table]:
+    """Features and outputs, a line each: nominal, smallest, largest, how sure; all, or so many."""
     rows: list[list[Cell]] = []
     for one in features_of(result):
-        reach, unit = one.interval, one.unit
-        ends = (reach.lower, reach.upper, float(np.mean(one.nominal)))
-        size = max(map(abs, ends))
-        smallest, largest, nominal = (format_quantity(value, unit, scale=size) for value in ends)
-        spread = format_quantity(reach.upper - reach.lower, unit)
+        reach = one.interval
+        ends = reach.lower, reach.upper
+        nominal = format_quantity(float(np.mean(one.nominal)), one.unit, scale=max(map(abs, ends)))
         sure = Verdict(reach.verdict, JUDGMENTS.get(reach.verdict, "fair"))
-        rows.append([one.name, nominal, smallest, largest, spread, percent(reach.whole_run), sure])
+        rows.append([one.name, nominal, *_ends(ends, one.unit), percent(reach.whole_run), sure])
     for name, band in result.bands.items():
-        low, high = extent(result, band)
-        size = max(abs(low), abs(high))
         nominal = format_range((float(band.nominal.min()), float(band.nominal.max())), band.unit)
-        smallest, largest = (format_quantity(value, band.unit, scale=size) for value in (low, high))
-        sure = Verdict(band.verdict, JUDGMENTS[band.verdict])
-        width = format_quantity(band.max_width, band.unit)
-        rows.append([name, nominal, smallest, largest, width, percent(band.whole_run), sure])
+        row: list[Cell] = [name, nominal, *_ends(extent(result, band), band.unit)]
+        row[4] = format_quantity(band.max_width, band.unit)
+        rows.append([*row, percent(band.whole_run), Verdict(band.verdict, JUDGMENTS[band.verdict])])
     if not rows:
         return []
-    more = len(rows) - _MOST_LINES
+    more = 0 if most is None else len(rows) - most
     caption = "The main numbers over the tolerances"
     caption += f"; {more} more are in the details" if more > 0 else ""
     head = ["what", "nominal", "smallest", "largest", "differ by up to", "further one inside", "known as"]
-    return [Table(caption, head, rows[:_MOST_LINES])]
+    return [Table(caption, head, rows[:most])]
+
+
+def _ends(ends: tuple[float, float], unit: str) -> list[str]:
+    """The smallest and the largest value, and how far they are apart."""
+    low, high = (format_quantity(value, unit, scale=max(map(abs, ends))) for value in ends)
+    return [low, high, format_quantity(ends[1] - ends[0], unit)]
 
 
 def unknown(result: StudyResult) -> list[str]:
@@ -227,16 +225,10 @@ def unknown(result: StudyResult) -> list[str]:
     return told
 
 
-def reach_of(result: StudyResult, band: Band) -> str:
-    """How far an output moves, with the kind of statement that it is."""
-    unit = band.unit
-    whole, sampled = extent(result, band), at_samples(band)
-    reach = format_range(whole, unit)
-    if whole != sampled:
-        reach += f" with its peaks between the samples, at these {format_range(sampled, unit)}"
-    verbs = {"sampled": "reached in the runs:", "not resolved": "may be within"}
-    text = f"{band.name} {verbs.get(band.verdict, 'stays within')} {reach} ({band.verdict}"
-    if math.isfinite(band.coverage):
-        text += f": {percent(band.coverage)} of held-out samples inside"
-    width = format_quantity(band.max_width, unit)
-    return f"{text}). Widest {_when(band)}: {width}."
+def widest_of(result: StudyResult, band: Band) -> str:
+    """Where two mechanisms differ most, and how far peaks between the samples are beyond them."""
+    text = f"{band.name}: two mechanisms differ most {_when(band)}."
+    sampled = at_samples(band)
+    if extent(result, band) != sampled:
+        text += f" Its peaks between the samples go farther than here, {format_range(sampled, band.unit)}."
+    return text

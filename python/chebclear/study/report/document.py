@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from functools import partial
 from typing import TYPE_CHECKING
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.prefixes import format_exact, format_quantity, format_range
+from ...base.prefixes import format_exact, format_quantity
 from ...base.shown import in_a_sentence
 from ...plots.bands import band_picture
 from ...plots.drawing.scene import mechanism_picture
@@ -22,13 +23,13 @@ from .answer import (
     JUDGMENTS,
     features_of,
     main_numbers,
-    reach_of,
     requirements,
     sentences,
     unknown,
     unproven,
+    widest_of,
 )
-from .extent import extent, place_of
+from .extent import place_of
 from .film import study_film
 from .ranking import feature_section
 from .script import study_listings
@@ -40,6 +41,9 @@ if TYPE_CHECKING:
     from ..results import StudyResult
 
 Array = NDArray[np.float64]
+
+# Lines of the table of main numbers on the first screen; the details have all.
+_MOST_LINES = 12
 
 MEANINGS = {
     "resolved": "a polynomial in the parameters follows the response; worst cases and sensitivities are "
@@ -63,14 +67,16 @@ def study_document(result: StudyResult, title: str | None) -> Document:
     time = [f"{format_quantity(result.seconds, 's', 2)} of runs"] if math.isfinite(result.seconds) else []
     subject = "The parameters and their intervals" if result.scene is None else "The tolerances"
     more = alternatives(result)
-    outputs: list[Block] = [Items([reach_of(result, band) for band in bands.values()])]
-    outputs += map(band_picture, bands.values())
+    outputs: list[Block] = [*main_numbers(result)] if len(names) > _MOST_LINES else []
+    outputs += [
+        dataclasses.replace(band_picture(band), caption=widest_of(result, band)) for band in bands.values()
+    ]
     return Document(
         title=title
         or f"How far {'does' if len(names) == 1 else 'do'} {in_a_sentence(names)} move over the tolerances?",
         facts=[_method(result), counted, *time, version_fact()],
         answer=sentences(result),
-        first=[*_moving(result), *requirements(conformance), *main_numbers(result)],
+        first=[*_moving(result), *requirements(conformance), *main_numbers(result, _MOST_LINES)],
         doubts=[*unproven(conformance), *unknown(result)],
         sections=[
             *([_shares(result, conformance)] if conformance is not None else []),
@@ -133,26 +139,6 @@ def _tolerance(side: Interval, unit: str, size: float) -> str:
     return f"+{format_exact(plus, unit, size)} / -{format_exact(minus, unit, size)}"
 
 
-def verdict_table(result: StudyResult) -> Table:
-    """Every band of a `StudyResult` in a line, with its verdict."""
-    rows: list[list[Cell]] = []
-    for name, band in result.bands.items():
-        unit = band.unit
-        further = percent(band.whole_run)
-        rows.append(
-            [
-                name,
-                format_range(extent(result, band), unit),
-                format_quantity(band.max_width, unit),
-                Verdict(band.verdict, JUDGMENTS[band.verdict]),
-                percent(band.coverage),
-                further,
-            ]
-        )
-    head = ["output", "over the tolerances", "widest", "verdict", "held out", "whole new run inside"]
-    return Table("Bands and how far they can be trusted", head, rows)
-
-
 def _shares(result: StudyResult, conformance: Conformance) -> Section:
     """How the mechanisms are spread about the limits."""
     blocks: list[Block] = [Items([f"{name}: {one}." for name, one in conformance.items()])]
@@ -200,21 +186,17 @@ def _worst_cases(result: StudyResult) -> Table:
 
 
 def _how_sure(result: StudyResult) -> list[Block]:
-    """The verdicts with their meaning, the statement that holds for them, and the errors of polynomials."""
+    """What runs that took no part say of each band, what the verdicts mean, and the statement for them."""
     if not result.bands:
         return []
+    rows: list[list[Cell]] = []
+    for name, band in result.bands.items():
+        error = "-" if math.isnan(band.margin.error) else f"{100.0 * band.margin.error:.2g} %"
+        rows.append([name, Verdict(band.verdict, JUDGMENTS[band.verdict]), percent(band.coverage), error])
+    head = ["output", "verdict", "held-out samples inside", "error of the polynomials over the width"]
     said = [verdict for verdict in MEANINGS if any(band.verdict == verdict for band in result.bands.values())]
     blocks: list[Block] = [
-        verdict_table(result),
+        Table("The bands at runs that they were made without", head, rows),
         Items([f"{verdict}: {MEANINGS[verdict]}." for verdict in said]),
     ]
-    if result.statement is not None:
-        blocks.append(Text(result.statement))
-    errors = {
-        name: band.margin.error for name, band in result.bands.items() if math.isfinite(band.margin.error)
-    }
-    if errors:
-        rows = [[name, f"{100.0 * error:.2g} %"] for name, error in errors.items()]
-        caption = "Error of the polynomials at runs they were not fitted to, over the width of the runs"
-        blocks.append(Table(caption, ["output", "error"], rows))
-    return blocks
+    return blocks if result.statement is None else [*blocks, Text(result.statement)]
