@@ -5,13 +5,10 @@ from __future__ import annotations
 import argparse
 import dataclasses
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ..base.writing import complete_folder
 from ..report import html
-from ..report.document import Items, Picture, Section
 from ..study.report.document import study_document
 from ..study.report.extent import extent
 from ..study.report.summary import findings, suggestions
@@ -20,13 +17,10 @@ from .output import Rows, print_json, write_table
 from .scenes import hint
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from ..decisions.identification import Identification
-    from ..decisions.measured import Agreement
     from ..execution.plan import Plan
     from ..study.requirements.conformance import Conformance
     from ..study.results import StudyResult
+    from .traces import TraceFit
 
 EXIT_NOT_MET = 3
 # Which verdicts a requirement accepts.
@@ -34,51 +28,6 @@ DEMANDS = {
     "resolved": ("resolved",),
     "calibrated": ("resolved", "certified", "calibrated"),
 }
-
-
-@dataclass(frozen=True)
-class TraceFit:
-    """What a measured trace says of a study."""
-
-    agreements: dict[str, Agreement]
-    """The outputs that were measured."""
-    found: Identification | None
-    """The parameters, if they were asked for."""
-
-    def __str__(self) -> str:
-        return "\n".join(map(str, [*self.agreements.values(), *([self.found] if self.found else [])]))
-
-    @property
-    def rows(self) -> Rows:
-        """A row for every output."""
-        return [
-            {"output": name, "inside": one.share, "samples": len(one.places), "outside": one.outside}
-            for name, one in self.agreements.items()
-        ]
-
-    @property
-    def region(self) -> dict[str, Any] | None:
-        """The parameters as JSON has them."""
-        if self.found is None:
-            return None
-        names = ("status", "confidence", "ranges", "best", "directions", "open_ends", "deviations", "seed")
-        return {name: getattr(self.found, name) for name in names}
-
-    @property
-    def section(self) -> Section:
-        """The same with pictures."""
-        one = self.found
-        pictures = [
-            Picture(f"{found}.", partial(_draw, found), name=f"measured_{name}")
-            for name, found in self.agreements.items()
-        ]
-        if one is not None:
-            pictures.append(Picture(f"{one}.", partial(_draw, one), name="identified"))
-        return Section("What was measured", [Items(str(self).split("\n")), *pictures])
-
-
-def _draw(one: Agreement | Identification, ax: Axes) -> None:
-    one.plot(ax=ax)
 
 
 def verdicts(result: StudyResult) -> Rows:

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from ...decisions.identification import identify
-from ...decisions.measured import Measured, load_measured
-from ...decisions.trace import TraceFeature, column_of
-from ...run.features import Feature, rms
 from ...study.results import StudyResult
 from ...study.study import Study
-from ..bands import DEMANDS, TraceFit, finish
+from ..bands import DEMANDS, finish
 from ..options import (
     ASSIGNMENT,
     COUNT,
@@ -33,6 +29,9 @@ from ..options import (
 from ..output import require_writable
 from ..plans import plan_of
 from ..scenes import outputs_of, study_settings, template_of
+
+if TYPE_CHECKING:
+    from ...decisions.measured import Measured
 
 # Which options each kind of study takes besides those of every one.
 _KINDS = {
@@ -61,7 +60,11 @@ def study(options: argparse.Namespace) -> int:
     for name, needed in (("identify", "measured"), ("noise", "identify")):
         if getattr(options, name) and not getattr(options, needed):
             options.usage_error(f"argument --{name}: needs --{needed} too")
-    trace = None if options.measured is None else load_measured(options.measured)
+    trace = None
+    if options.measured is not None:
+        from ..traces import load_measured  # here alone: what it needs is large, and rarely wanted
+
+        trace = load_measured(options.measured)
     made, title = study_of(options)
     template = template_of(options)
     drawn = any(one.distribution is not None for one in template.parameters.values())
@@ -88,25 +91,17 @@ def carry_out(
     plan = None if is_bounded and not options.plan else plan_of(made, method, given, options)
     if options.plan:
         return 0
-    found = None
-    if trace is not None and options.identify:
-        noise = dict(options.noise)
-        found = identify(made, trace, options.identify, _measurable(made, trace), noise=noise)
     result: StudyResult = getattr(made, method)(**given)
     followed = any(band.verdict == "resolved" and band.surrogate is not None for band in result.values())
     check = getattr(options, "check", False)
     if check and not followed:
         print("warning: no output is resolved by a polynomial: --check finds no worst case", file=sys.stderr)
-    fit = None if trace is None else TraceFit(trace.compare(result), found)
+    fit = None
+    if trace is not None:
+        from ..traces import fit_of
+
+        fit = fit_of(made, result, trace, options)
     return finish(result.check() if check and followed else result, options, title, plan, fit)
-
-
-def _measurable(made: Study, trace: Measured) -> dict[str, TraceFeature]:
-    """The features of a study that a trace holds, or else the rms of its outputs."""
-    given = {name: one for name, one in made.features.items() if isinstance(one, Feature)}
-    return {name: one for name, one in given.items() if column_of(one) in trace} or {
-        f"rms of {name}": rms(name) for name in trace
-    }
 
 
 def study_of(options: argparse.Namespace) -> tuple[Study, str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import warnings
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,35 +42,29 @@ def alternatives(result: StudyResult) -> list[Block]:
 
 def _fewer_runs(result: StudyResult) -> list[Block]:
     """Bands of the first half of the runs beside those of all, judged by the other half."""
-    count = len(result.parameters) // 2
+    count, total = len(result.parameters) // 2, len(result.parameters)
     if result.kind not in _HOW_TO_ADD or count < _LEAST_HALF or not result.bands:
         return []
     halves = bands_of_first(result, count) if result.kind == "band" else {}
     rows: list[list[Cell]] = []
     for name, band in result.bands.items():
         values = result.values(name)
-        if name in halves:
-            lower, upper = halves[name].lower, halves[name].upper
-        else:
-            first = np.concatenate([values[:count], band.nominal[None]])
-            lower, upper = first.min(axis=0), first.max(axis=0)
-        rows.append([name, *_compared(lower, upper, band, values[count:])])
-    total = len(result.parameters)
-    head = ["output", f"mean width, {count} runs", f"mean width, {total} runs", "change", "other runs inside"]
+        ends = (halves[name].lower, halves[name].upper) if name in halves else _extremes(values[:count], band)
+        rows.append([name, *_compared(ends, band, values[count:])])
     caption = f"The first {count} runs alone, judged by the other {total - count}"
-    blocks: list[Block] = [Table(caption, head, rows)]
+    blocks = [_table(caption, f"{count} runs", f"{total} runs", "other runs inside", rows)]
     if result.requirement is not None and result.requirement.independent:
         blocks.append(Text(f"Half the runs prove a mean coverage of {percent(mean_share(count))} only."))
     if math.isfinite(result.seconds):
-        half, twice = result.seconds * count / total, 2.0 * result.seconds
-        blocks.append(
-            Text(
-                f"Half the runs would have taken {format_quantity(half, 's', 2)} in place of "
-                f"{format_quantity(result.seconds, 's', 2)}; twice as many would take about "
-                f"{format_quantity(twice, 's', 2)}. What the second half of the runs changed is the best "
-                f"guess of what another doubling would: it was not measured. {_HOW_TO_ADD[result.kind]}"
-            )
+        half, own, twice = (
+            format_quantity(factor * result.seconds, "s", 2) for factor in (count / total, 1.0, 2.0)
         )
+        text = (
+            f"Half the runs would have taken {half} in place of {own}; twice as many would take about "
+            f"{twice}. What the second half of the runs changed is the best guess of what another doubling "
+            f"would: it was not measured. {_HOW_TO_ADD[result.kind]}"
+        )
+        blocks.append(Text(text))
     return blocks
 
 
@@ -79,28 +74,41 @@ _HOW_TO_ADD = {
 }
 
 
-def _compared(lower: Array, upper: Array, band: Band, others: Array) -> list[Cell]:
+def _table(caption: str, other: str, own: str, judged: str, rows: list[list[Cell]]) -> Block:
+    """Mean widths of two ways to make a band, how they differ, and what judges the other one."""
+    head = ["output", f"mean width, {other}", f"mean width, {own}", "change", judged]
+    return Table(caption, head, rows)
+
+
+def _extremes(runs: Array, band: Band) -> tuple[Array, Array]:
+    """The least and the largest values of some runs and the nominal one."""
+    runs = np.concatenate([runs, band.nominal[None]])
+    return runs.min(axis=0), runs.max(axis=0)
+
+
+def _compared(ends: tuple[Array, Array], band: Band, others: Array) -> list[Cell]:
     """The widths of other bounds and of a band, and the share of runs that are within the former."""
-    inside = float(((others >= lower) & (others <= upper)).mean())
-    return [*_widths(upper - lower, band), f"{math.floor(1e4 * inside) / 1e2:g} %"]
+    inside = float(((others >= ends[0]) & (others <= ends[1])).mean())
+    return [*_widths(ends, band), f"{math.floor(1e4 * inside) / 1e2:g} %"]
 
 
-def _widths(width: Array, band: Band) -> list[Cell]:
+def _widths(ends: tuple[Array, Array], band: Band) -> list[Cell]:
     """Mean width of other bounds and of the band, and by how much the first differs."""
-    other, own = float(width.mean()), float(band.width.mean())
+    other, own = float((ends[1] - ends[0]).mean()), float(band.width.mean())
     change = "-" if own <= 0.0 else f"{100.0 * (other / own - 1.0):+z.1f} %"
     return [format_quantity(other, band.unit), format_quantity(own, band.unit), change]
+
+
+def _by(counts: Iterable[int]) -> str:
+    return " x ".join(map(str, counts))
 
 
 def _fewer_values(result: StudyResult) -> list[Block]:
     """The extremes of a scan over every second value of each parameter, beside those of all its runs."""
     if result.kind != "scan" or not result.bands:
         return []
-    if (
-        result.failures
-        or max(result.nodes) < 3
-        or any(band.angle is not None for band in result.bands.values())
-    ):
+    by_angle = any(band.angle is not None for band in result.bands.values())
+    if result.failures or max(result.nodes) < 3 or by_angle:
         return [
             Text(
                 "What a scan of fewer values would give is not said: that takes at least three values of a "
@@ -114,17 +122,9 @@ def _fewer_values(result: StudyResult) -> list[Block]:
     few = chosen.ravel()
     rows: list[list[Cell]] = []
     for name, band in result.bands.items():
-        part = np.concatenate([band.runs[: few.size][few], band.nominal[None]])
-        others = band.runs[: few.size][~few]
-        rows.append([name, *_compared(part.min(axis=0), part.max(axis=0), band, others)])
-    values, own = (" x ".join(str(count) for count in each) for each in (map(len, kept), result.nodes))
-    head = [
-        "output",
-        f"mean width, {values} values",
-        f"mean width, {own} values",
-        "change",
-        "other runs inside",
-    ]
+        runs = band.runs[: few.size]
+        rows.append([name, *_compared(_extremes(runs[few], band), band, runs[~few])])
+    values, own = _by(map(len, kept)), _by(result.nodes)
     caption = (
         f"The {few.sum()} runs at {values} of the {own} values alone, judged by the other {(~few).sum()}"
     )
@@ -134,7 +134,7 @@ def _fewer_values(result: StudyResult) -> list[Block]:
         "where they are not, more of them are needed, or bands that say how far a further run may go "
         "(kind band)."
     )
-    return [Table(caption, head, rows), Text(text)]
+    return [_table(caption, f"{values} values", f"{own} values", "other runs inside", rows), Text(text)]
 
 
 def _lower_degree(result: StudyResult) -> list[Block]:
@@ -145,17 +145,9 @@ def _lower_degree(result: StudyResult) -> list[Block]:
     rows: list[list[Cell]] = []
     for name, band in result.bands.items():
         grid = band.runs[: math.prod(result.nodes)]
-        lower, upper = Surrogate.fit(result.intervals, result.nodes, degrees, grid).bounds(result.bounds)
+        ends = Surrogate.fit(result.intervals, result.nodes, degrees, grid).bounds(result.bounds)
         error = "-" if math.isnan(band.margin.error) else f"{100.0 * band.margin.error:.2g} %"
-        rows.append([name, *_widths(upper - lower, band), error])
-    less, own = (" x ".join(map(str, each)) for each in (degrees, result.degrees))
-    head = [
-        "output",
-        f"mean width, degree {less}",
-        f"mean width, degree {own}",
-        "change",
-        "error of the study",
-    ]
+        rows.append([name, *_widths(ends, band), error])
     caption = (
         "One degree less on the same runs; the error is that at runs left out, over the width of the runs"
     )
@@ -167,7 +159,8 @@ def _lower_degree(result: StudyResult) -> list[Block]:
         "Where both are large, no affordable degree follows the response; bands of all runs (kind band) "
         "and features need none that does."
     )
-    return [Table(caption, head, rows), Text(text)]
+    less, own = f"degree {_by(degrees)}", f"degree {_by(result.degrees)}"
+    return [_table(caption, less, own, "error of the study", rows), Text(text)]
 
 
 def _tolerances(result: StudyResult) -> list[Block]:

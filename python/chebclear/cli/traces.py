@@ -1,0 +1,82 @@
+"""What a measured trace says of a study: how much of it is inside the bands, and the parameters that fit."""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from ..decisions.identification import Identification, identify
+from ..decisions.measured import Agreement, Measured, load_measured as load_measured
+from ..decisions.trace import TraceFeature, column_of
+from ..report.document import Items, Picture, Section
+from ..run.features import Feature, rms
+from ..study.results import StudyResult
+from ..study.study import Study
+from .output import Rows
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True)
+class TraceFit:
+    """What a measured trace says of a study."""
+
+    agreements: dict[str, Agreement]
+    """The outputs that were measured."""
+    found: Identification | None
+    """The parameters, if they were asked for."""
+
+    def __str__(self) -> str:
+        return "\n".join(map(str, [*self.agreements.values(), *([self.found] if self.found else [])]))
+
+    @property
+    def rows(self) -> Rows:
+        """A row for every output."""
+        return [
+            {"output": name, "inside": one.share, "samples": len(one.places), "outside": one.outside}
+            for name, one in self.agreements.items()
+        ]
+
+    @property
+    def region(self) -> dict[str, Any] | None:
+        """The parameters as JSON has them."""
+        if self.found is None:
+            return None
+        names = ("status", "confidence", "ranges", "best", "directions", "open_ends", "deviations", "seed")
+        return {name: getattr(self.found, name) for name in names}
+
+    @property
+    def section(self) -> Section:
+        """The same with pictures."""
+        one = self.found
+        pictures = [
+            Picture(f"{found}.", partial(_draw, found), name=f"measured_{name}")
+            for name, found in self.agreements.items()
+        ]
+        if one is not None:
+            pictures.append(Picture(f"{one}.", partial(_draw, one), name="identified"))
+        return Section("What was measured", [Items(str(self).split("\n")), *pictures])
+
+
+def _draw(one: Agreement | Identification, ax: Axes) -> None:
+    one.plot(ax=ax)
+
+
+def fit_of(made: Study, result: StudyResult, trace: Measured, options: argparse.Namespace) -> TraceFit:
+    """The trace beside the bands of a study, and the parameters if they are asked for."""
+    found = None
+    if options.identify:
+        features = _measurable(made, trace)
+        found = identify(made, trace, options.identify, features, noise=dict(options.noise))
+    return TraceFit(trace.compare(result), found)
+
+
+def _measurable(made: Study, trace: Measured) -> dict[str, TraceFeature]:
+    """The features of a study that a trace holds, or else the rms of its outputs."""
+    given = {name: one for name, one in made.features.items() if isinstance(one, Feature)}
+    return {name: one for name, one in given.items() if column_of(one) in trace} or {
+        f"rms of {name}": rms(name) for name in trace
+    }
