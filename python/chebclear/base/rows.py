@@ -26,7 +26,7 @@ class Rows(ArrayRecord, Sequence[Row], Generic[Row]):
     """
 
     row: ClassVar[type[Any]]
-    """Type of an entry; it has the fields of the table."""
+    """Type of an entry; it has the fields of the table, with their units."""
 
     @classmethod
     def of(cls, table: Mapping[str, Any]) -> Self:
@@ -59,7 +59,7 @@ class Rows(ArrayRecord, Sequence[Row], Generic[Row]):
         kind = f"{type(self).__name__}: {len(self)}"
         if not len(self):
             return f"<{kind}>"
-        symbols = units(type(self))
+        symbols = units(self.row)
         names = [item.name for item in dataclasses.fields(self)]  # type: ignore[arg-type]
         head = [f"{name} [{symbols[name]}]" if name in symbols else name for name in names]
         cells = [[_cell(value) for value in column.tolist()] for column in self._columns()]

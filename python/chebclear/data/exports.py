@@ -23,13 +23,7 @@ class Exports(ABC):
         """The result as named arrays with units: what all the exports are made from."""
 
     def to_dict(self) -> dict[str, Any]:
-        """The table of the result by column, the axis first, as `to_csv` and `to_dataframe` have it.
-
-        Returns
-        -------
-        dict of str to ndarray
-            Views where the result holds the column itself, in the units of `to_csv`.
-        """
+        """Views of the columns that `to_csv` writes, by name, the axis first."""
         return self.dataset().table()
 
     def to_csv(self, path: str | os.PathLike[str]) -> Path:

@@ -19,7 +19,6 @@ from ..base.prefixes import format_quantity, format_range
 from ..base.rows import Array
 from ..base.shown import Shown, in_a_sentence, listed
 from ..errors import ArgumentError, ArgumentTypeError
-from ..execution.failures import AllFailedError
 from ..report import html
 from ..report.document import Document, Items, Picture, Section, Table
 from ..run.continuation import changes
@@ -36,6 +35,7 @@ from ..study.sources.run_table import RunTable
 from ..study.sources.scenes import MOST_RUNS
 from ..study.sources.units import units_of
 from ..study.study import Study
+from .trace import made_at
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -313,10 +313,7 @@ def contrast(
     for runner in runners:
         watching, watched = watching_for(runner, asked)
         points = _points(runner, count, seed)
-        try:
-            made = watching.made(points, watching.settings, midpoint=False)
-        except AllFailedError as error:
-            raise error.first from None
+        made = made_at(watching, points)
         notices = {(notice.code, notice.about): notice for notice in made.notices} | notices
         features.append(_features(runner, made, count))
         outside.append(

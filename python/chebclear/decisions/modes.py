@@ -104,16 +104,9 @@ class Modes(Shown):
         return html.fragment(repr(self)[1:-1], [self.table])
 
     def plot(self, mode: int = 1, *, ax: Axes | None = None, size: float = 0.1) -> Axes:
-        """Draw a mode: the mechanism, and its two extreme positions.
+        """Draw the mechanism and its two extreme positions in a mode, counted from 1.
 
-        Parameters
-        ----------
-        mode : int
-            Number of the mode, from 1 on [-].
-        ax : Axes, optional
-            Where to draw; a new figure if not given.
-        size : float
-            Largest displacement that is drawn, relative to the size of the mechanism [-].
+        The largest displacement is drawn with `size`, relative to the size of the mechanism [-].
         """
         from ..plots.drawing.scene import plot_poses
 
@@ -123,24 +116,7 @@ class Modes(Shown):
         )
 
     def animate(self, mode: int = 1, *, size: float = 0.1, frames: int = 40, rate: int = 25) -> Animation:
-        """Animate a mode over a period of it, without its decay.
-
-        Parameters
-        ----------
-        mode : int
-            Number of the mode, from 1 on [-].
-        size : float
-            Largest displacement that is drawn, relative to the size of the mechanism [-].
-        frames : int
-            Number of pictures [-].
-        rate : int
-            Pictures a second [1/s].
-
-        Returns
-        -------
-        Animation
-            Its `save` writes GIF, HTML and MP4.
-        """
+        """A period of a mode without its decay, in so many frames [-] at a rate of them [1/s]; as `plot`."""
         from ..plots.animation.animate import animate_mode
 
         return animate_mode(self, self._index(mode, size) + 1, size, frames, rate)

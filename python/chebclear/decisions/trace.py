@@ -157,7 +157,7 @@ def _axis(checks: Checks, source: Study | StudyResult, wanted: list[str]) -> tup
         units = {name: column_unit(name) for name in wanted}
     else:
         nominal = np.array([[side.nominal for side in source.intervals.values()]])
-        run = _made(source.runner, nominal)
+        run = made_at(source.runner, nominal)
         t, known, units = run.t, run.outputs, source.runner.units
     for name in wanted:
         if name not in known:
@@ -165,7 +165,8 @@ def _axis(checks: Checks, source: Study | StudyResult, wanted: list[str]) -> tup
     return t, {name: units.get(name, "") for name in wanted}
 
 
-def _made(runner: Runner, points: Array) -> RunTable:
+def made_at(runner: Runner, points: Array) -> RunTable:
+    """The runs of a study at points; the error of the first if all fail."""
     try:
         return runner.made(points, runner.settings, midpoint=False)
     except AllFailedError as error:
@@ -218,6 +219,6 @@ def simulated(
             cycles=1,
         )
         runner = replace(runner, features={}, settings=settings)
-    made = _made(runner, points)
+    made = made_at(runner, points)
     series = {name: made.values[:, :, made.outputs.index(name)] for name in trace.noise}
     return points[made.kept], trace.of(made.t, series, seed), made.notices

@@ -147,13 +147,9 @@ class CaseStudy:
     def to_dict(self) -> dict[str, Any]:
         """Plain numbers, the object that ``chebclear paper --json`` prints.
 
-        Returns
-        -------
-        dict
-            For each convention ``table3`` (relative errors of the bounds [%]), ``velocity_width`` (largest
-            interval length [m/s] by clearance [mm]), ``table4`` (mean squares [(m/s)²] by clearance [mm])
-            and ``table5`` (widths [mm], [m/s] and root mean square sensitivities [m], [m/s] by nominal
-            clearance [mm]); then ``runs`` and ``seconds``.
+        For each convention ``table3`` (relative errors of the bounds [%]), ``velocity_width`` (largest
+        interval length [m/s] by clearance [mm]), ``table4`` (mean squares [(m/s)²] by clearance [mm]) and
+        ``table5`` (widths [mm], [m/s], root mean square sensitivities [m], [m/s] by clearance [mm]).
         """
         numbers: dict[str, Any] = {name: study.tables() for name, study in self.conventions.items()}
         return numbers | {"runs": self.runs, "seconds": self.seconds}

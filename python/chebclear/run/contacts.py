@@ -43,24 +43,16 @@ class Events(Rows[Event]):
 
     Attributes
     ----------
-    time : Array
-        Time [s].
-    joint : ndarray of str
-        Name of the clearance joint; of a formula that of the force, torque or coupling.
-    kind : ndarray of str
-        ``"onset"``, ``"separation"``; ``"clip"`` and ``"unclip"``: normal force reaches and leaves 0;
-        ``"stick"`` and ``"slip"`` of the law `StickSlip`; ``"transfer"``: at the end of a face the contact
-        passes to its end, or to the corner that comes there; ``"switch"``: a formula changes its form.
-    normal_velocity : Array
-        Penetration rate at that instant [m/s]; NaN for a force, torque or coupling.
+    time, joint, kind, normal_velocity : ndarray
+        Fields of `Event`, each of shape (events,).
     """
 
     row: ClassVar = Event
 
-    time: Array = field(metadata=unit("s"))
+    time: Array
     joint: NDArray[np.str_]
     kind: NDArray[np.str_]
-    normal_velocity: Array = field(metadata=unit("m/s"))
+    normal_velocity: Array
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -102,28 +94,18 @@ class Contacts(Rows[Contact]):
 
     Attributes
     ----------
-    joint : ndarray of str
-        Name of the clearance joint.
-    onset : Array
-        When journal and bearing touched [s].
-    separation : Array
-        When they separated [s]; NaN if the run, or the skipped time, ended in contact.
-    impact_velocity : Array
-        Penetration rate at the onset [m/s]; NaN if the run began in contact.
-    peak_force : Array
-        Largest normal force [N]; if the contact lasts from the skipped into the sampled time, that in each.
-    peak_time : Array
-        Time of that force [s].
+    joint, onset, separation, impact_velocity, peak_force, peak_time : ndarray
+        Fields of `Contact`, each of shape (contacts,).
     """
 
     row: ClassVar = Contact
 
     joint: NDArray[np.str_]
-    onset: Array = field(metadata=unit("s"))
-    separation: Array = field(metadata=unit("s"))
-    impact_velocity: Array = field(metadata=unit("m/s"))
-    peak_force: Array = field(metadata=unit("N"))
-    peak_time: Array = field(metadata=unit("s"))
+    onset: Array
+    separation: Array
+    impact_velocity: Array
+    peak_force: Array
+    peak_time: Array
 
     @property
     def duration(self) -> Array:

@@ -98,10 +98,7 @@ class Feature:
 def peak(output: str) -> Feature:
     """Largest value of an output, in its unit.
 
-    Examples
-    --------
-    >>> import chebclear as cc
-    >>> cc.features.peak("wrist.normal_force").unit
+    >>> peak("wrist.normal_force").unit
     'N'
     """
     return Feature("peak", output)
@@ -110,10 +107,7 @@ def peak(output: str) -> Feature:
 def lowest(output: str) -> Feature:
     """Smallest value of an output, in its unit.
 
-    Examples
-    --------
-    >>> import chebclear as cc
-    >>> cc.features.lowest("slider.ax").unit
+    >>> lowest("slider.ax").unit
     'm/s²'
     """
     return Feature("lowest", output)
@@ -122,10 +116,7 @@ def lowest(output: str) -> Feature:
 def peak_to_peak(output: str) -> Feature:
     """Largest minus smallest value of an output, in its unit.
 
-    Examples
-    --------
-    >>> import chebclear as cc
-    >>> cc.features.peak_to_peak("slider.ax").unit
+    >>> peak_to_peak("slider.ax").unit
     'm/s²'
     """
     return Feature("peak_to_peak", output)
@@ -134,10 +125,7 @@ def peak_to_peak(output: str) -> Feature:
 def time_of_peak(output: str) -> Feature:
     """When an output is largest [s].
 
-    Examples
-    --------
-    >>> import chebclear as cc
-    >>> cc.features.time_of_peak("slider.vx").unit
+    >>> time_of_peak("slider.vx").unit
     's'
     """
     return Feature("time_of_peak", output)
@@ -146,10 +134,7 @@ def time_of_peak(output: str) -> Feature:
 def time_of_lowest(output: str) -> Feature:
     """When an output is smallest [s].
 
-    Examples
-    --------
-    >>> import chebclear as cc
-    >>> cc.features.time_of_lowest("slider.vx").unit
+    >>> time_of_lowest("slider.vx").unit
     's'
     """
     return Feature("time_of_lowest", output)
@@ -158,10 +143,7 @@ def time_of_lowest(output: str) -> Feature:
 def mean(output: str) -> Feature:
     """Mean of an output over time, in its unit.
 
-    Examples
-    --------
-    >>> import chebclear as cc
-    >>> cc.features.mean("wrist.normal_force").unit
+    >>> mean("wrist.normal_force").unit
     'N'
     """
     return Feature("mean", output)
@@ -170,10 +152,7 @@ def mean(output: str) -> Feature:
 def rms(output: str) -> Feature:
     """Root mean square of an output over time, in its unit.
 
-    Examples
-    --------
-    >>> import chebclear as cc
-    >>> cc.features.rms("slider.ax").unit
+    >>> rms("slider.ax").unit
     'm/s²'
     """
     return Feature("rms", output)
@@ -182,10 +161,7 @@ def rms(output: str) -> Feature:
 def impacts(joint: str) -> Feature:
     """Onsets of contact in a clearance joint [-].
 
-    Examples
-    --------
-    >>> import chebclear as cc
-    >>> cc.features.impacts("wrist").unit
+    >>> impacts("wrist").unit
     '-'
     """
     return Feature("impacts", joint)
@@ -194,10 +170,7 @@ def impacts(joint: str) -> Feature:
 def contact_share(joint: str) -> Feature:
     """Part of the time in which a clearance joint is in contact [-].
 
-    Examples
-    --------
-    >>> import chebclear as cc
-    >>> cc.features.contact_share("wrist").unit
+    >>> contact_share("wrist").unit
     '-'
     """
     return Feature("contact_share", joint)
@@ -206,10 +179,7 @@ def contact_share(joint: str) -> Feature:
 def impulse(joint: str) -> Feature:
     """Integral of the normal force of a clearance joint over time [N s].
 
-    Examples
-    --------
-    >>> import chebclear as cc
-    >>> cc.features.impulse("wrist").unit
+    >>> impulse("wrist").unit
     'N s'
     """
     return Feature("impulse", joint)
@@ -220,10 +190,7 @@ def wear(joint: str) -> Feature:
 
     Archard's law multiplies it by its coefficient.
 
-    Examples
-    --------
-    >>> import chebclear as cc
-    >>> cc.features.wear("wrist").unit
+    >>> wear("wrist").unit
     'N m'
     """
     return Feature("wear", joint)
@@ -232,10 +199,7 @@ def wear(joint: str) -> Feature:
 def loss(joint: str) -> Feature:
     """Energy that impacts and friction dissipate in a clearance joint [J].
 
-    Examples
-    --------
-    >>> import chebclear as cc
-    >>> cc.features.loss("wrist").unit
+    >>> loss("wrist").unit
     'J'
     """
     return Feature("loss", joint)

@@ -245,7 +245,7 @@ class Trajectory(WithNotices, WithSignals, records.Saved, Exports, Named[Array],
         variables |= {name: Variable(("t",), self[name], column_unit(name)) for name in self.columns}
         for name in ("events", "contacts", "skipped_events", "skipped_contacts"):
             table = getattr(self, name)
-            variables |= table_variables(name, name, table, units(type(table)))
+            variables |= table_variables(name, name, table, units(table.row))
         facts: dict[str, str | int | float] = {
             "status": self.status,
             "message": self.message,
@@ -348,17 +348,7 @@ class Trajectory(WithNotices, WithSignals, records.Saved, Exports, Named[Array],
         return {(feature, cycles): self.features[:, k] for k, feature in enumerate(self.settings.features)}
 
     def plot(self, columns: str | Sequence[str], *, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw columns against time; see `plot_trajectory` for the options.
-
-        Parameters
-        ----------
-        columns : str or sequence of str
-            Names of columns of one unit.
-        ax : Axes, optional
-            Where to draw; a new figure if not given.
-        **options
-            Passed to `plot_trajectory`.
-        """
+        """Draw columns of one unit against time; see `plot_trajectory`."""
         from ..plots.runs import plot_trajectory
 
         return plot_trajectory(self, columns if isinstance(columns, str) else list(columns), ax=ax, **options)

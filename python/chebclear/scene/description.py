@@ -17,7 +17,6 @@ from ..errors import SceneError
 from .functions import Expression, Table, unit_of_points
 from .parts import (
     GROUND,
-    Body,
     Inspection,
     Prismatic,
     Stop,
@@ -61,7 +60,14 @@ def describe_scene(scene: Scene) -> str:
     lines = [_counts(parts)]
     if isinstance(scene.ground, Points) and scene.ground:
         lines += ["", f"ground: points [m] {_points(scene.ground)}"]
-    lines += ["", "bodies", *_bodies(parts["bodies"], facts)]
+    lines += ["", "bodies", *_records(parts["bodies"], {}, ())]
+    if facts is not None:
+        poses = zip(facts.bodies, facts.poses, strict=True)
+        lines += [
+            "",
+            "assembled at x, y [m], angle [rad]",
+            *_table([[name, *_pose(at)] for name, at in poses]),
+        ]
     floors = _floors(parts["joints"], facts)
     slides = {joint.name for joint in parts["joints"] if isinstance(joint, Prismatic)}
     lines += ["", "joints", *_records(parts["joints"], floors, slides)]
@@ -110,6 +116,11 @@ def _vector(value: Any) -> str:
     return f"({', '.join(shown)})"
 
 
+def _pose(pose: tuple[float, float, float]) -> list[str]:
+    """Without the rounding errors of the assembly."""
+    return [f"{round(number, 12) + 0.0:.6g}" for number in pose]
+
+
 def _points(points: Points) -> str:
     return ", ".join(f"{name} {_vector(position)}" for name, position in points.items())
 
@@ -121,38 +132,6 @@ def _table(rows: Sequence[Sequence[str]]) -> list[str]:
         "  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
         for row in rows
     ]
-
-
-def _bodies(bodies: Iterable[Any], facts: Inspection | None) -> list[str]:
-    unit = units(Body)
-    rows = [
-        [
-            "name",
-            f"mass [{unit.get('mass', '')}]",
-            f"inertia [{unit.get('inertia', '')}]",
-            "about",
-            f"center of mass [{unit.get('center_of_mass', '')}]",
-            f"points [{unit.get('points', '')}]",
-        ]
-    ]
-    if facts is not None:
-        rows[0] += ["assembled at x, y [m]", "angle [rad]"]
-        size = max((abs(number) for pose in facts.poses for number in pose[:2]), default=0.0) or 1.0
-    odd = []
-    for index, body in enumerate(bodies):
-        if not isinstance(body, Body):
-            odd.append(f"  {body!r}")
-            continue
-        points = _points(body.points) if isinstance(body.points, Points) else repr(body.points)
-        about = str(body.inertia_about).replace("_", " ").replace("center", "center")
-        row = [str(body.name), _number(body.mass), _number(body.inertia), about]
-        row += [_vector(body.center_of_mass), points or "-"]
-        if facts is not None:
-            x, y, angle = facts.poses[index]
-            # Without the rounding errors of the assembly.
-            row += [_vector((round(x / size, 12) * size, round(y / size, 12) * size)), _number(angle)]
-        rows.append(row)
-    return _table(rows) + odd
 
 
 def _floors(joints: Iterable[Any], facts: Inspection | None) -> dict[str, str]:
@@ -186,7 +165,9 @@ def _records(records: Iterable[Any], floors: dict[str, str], slides: Collection[
         kind = _kind(record)
         unit = _units_at(record, slides)
         rows.append(
-            [kind if name is None else str(name), "" if name is None else kind, _fields(fields, unit)]
+            [kind, "", _fields(fields, unit)]
+            if name is None
+            else [str(name), kind if record._tag else "", _fields(fields, unit)]
         )
         driver = str(getattr(record, "driver", ""))
         inner.append([f"{key}: {_held(value, unit.get(key, '?'), driver)}" for key, value in held.items()])
@@ -233,6 +214,8 @@ def _fields(fields: dict[str, Any], unit: dict[str, str]) -> str:
             shown.append(words)
         elif isinstance(value, str):
             shown.append(f"{words} {value}")
+        elif isinstance(value, Points):
+            shown.append(f"{words} {_points(value)} [{unit.get(name, '?')}]" if value else "")
         elif isinstance(value, Expression):
             constants = "".join(f", {key} {_number(number)}" for key, number in value.constants.items())
             shown.append(f"{words} {value.text} [{unit.get(name, '?')}]{constants}")
@@ -241,7 +224,7 @@ def _fields(fields: dict[str, Any], unit: dict[str, str]) -> str:
             shown.append(f"{words} {_vector(value)} [{of}]")
         else:
             shown.append(f"{words} {value!r}")
-    return ", ".join(shown)
+    return ", ".join(filter(None, shown))
 
 
 def _mobility(scene: Scene, facts: Inspection) -> list[str]:

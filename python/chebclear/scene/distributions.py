@@ -19,13 +19,7 @@ _REACH = 3.0
 
 @dataclass(frozen=True)
 class Normal:
-    """A normally distributed parameter; see `normal`.
-
-    Attributes
-    ----------
-    mean, standard_deviation : float
-        Its moments [SI unit of the quantity].
-    """
+    """A normally distributed parameter; see `normal`."""
 
     mean: float
     standard_deviation: float
@@ -51,13 +45,7 @@ class Normal:
 
 @dataclass(frozen=True)
 class Lognormal:
-    """A parameter whose logarithm is normally distributed; see `lognormal`.
-
-    Attributes
-    ----------
-    mean, standard_deviation : float
-        Moments of the quantity itself [SI unit of the quantity].
-    """
+    """A parameter whose logarithm is normally distributed; see `lognormal`."""
 
     mean: float
     standard_deviation: float
@@ -98,13 +86,7 @@ class Lognormal:
 
 @dataclass(frozen=True)
 class Uniform:
-    """A uniformly distributed parameter; see `uniform`.
-
-    Attributes
-    ----------
-    lower, upper : float
-        Its ends [SI unit of the quantity].
-    """
+    """A uniformly distributed parameter; see `uniform`."""
 
     lower: float
     upper: float
@@ -129,13 +111,7 @@ class Uniform:
 
 @dataclass(frozen=True)
 class Triangular:
-    """A parameter with a triangular distribution; see `triangular`.
-
-    Attributes
-    ----------
-    lower, mode, upper : float
-        Its ends, and the value that occurs most [SI unit of the quantity].
-    """
+    """A parameter with a triangular distribution; see `triangular`."""
 
     lower: float
     mode: float

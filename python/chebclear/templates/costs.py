@@ -20,18 +20,11 @@ _EXAMPLE = '"3 + 2e-5 / tolerance", or a catalog such as { "10 um" = 7.5, "20 um
 
 @dataclass(frozen=True)
 class CostFunction:
-    """A cost that an expression of the tolerance gives.
-
-    Attributes
-    ----------
-    expression : Expression
-        The expression of ``tolerance`` in the SI unit of the parameter.
-    """
+    """A cost that an expression of ``tolerance`` gives, in the SI unit of the parameter."""
 
     expression: Expression
 
     def __call__(self, tolerance: float) -> float:
-        """The cost of a tolerance."""
         return self.expression.evaluate({_TOLERANCE: tolerance})
 
 

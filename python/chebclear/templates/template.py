@@ -190,12 +190,7 @@ class Template:
         return evaluated({name: one.nominal for name, one in self.parameters.items()} | given)
 
     def scene(self, **given: float) -> Scene:
-        """The scene with these values of parameters, every other at its nominal value.
-
-        Parameters
-        ----------
-        **given : float
-            Values of parameters by name [SI units].
+        """The scene with these values of parameters [SI units], every other at its nominal value.
 
         Raises
         ------
@@ -239,23 +234,9 @@ class Template:
         values: Mapping[str, Array],
         fixed: Mapping[str, float],
     ) -> tuple[Array, NDArray[np.bool_]]:
-        """The numbers of many scenes at once, to the same bits as those of `scene`.
+        """The numbers of many scenes, to the same bits as those of `scene`, and which of these it refuses.
 
-        Parameters
-        ----------
-        structure : Structure
-            What the scenes have in common.
-        like : sequence of float
-            Numbers of one of the scenes, for those that do not change.
-        values : mapping of str to ndarray of shape (runs,)
-            Parameters that change [SI units].
-        fixed : mapping of str to float
-            Parameters that do not, and are not at their nominal values [SI units].
-
-        Returns
-        -------
-        ndarray of shape (runs, numbers), ndarray of bool of shape (runs,)
-            The numbers, and the scenes that `scene` refuses.
+        See `ManyScenes`: those that do not change are as in `like`; values have the shape (runs,).
         """
         runs = len(next(iter(values.values())))
         known: dict[str, float | Array] = dict(values)
@@ -337,12 +318,7 @@ class Template:
     ) -> Conformance:
         """The share of mechanisms that keep to the requirements of the file; see `chebclear.conformance`.
 
-        Parameters
-        ----------
-        runs, failures, width, inner, confidence, rng
-            As of `chebclear.conformance`.
-        **options
-            Keywords of `Study` that replace those of the file.
+        Further keywords are those of `Study`, and replace those of the file.
 
         Raises
         ------
@@ -367,18 +343,7 @@ class Template:
         return write_toml(self.source)
 
     def save(self, path: str | os.PathLike[str]) -> FilePath:
-        """Write the template as TOML; `load` reads the same template back, to the last bit.
-
-        Parameters
-        ----------
-        path : path
-            Where to; ``.toml`` is appended if it is missing.
-
-        Returns
-        -------
-        Path
-            The file written.
-        """
+        """Write the template as TOML, to a file with ``.toml``; `load` reads it back, to the last bit."""
         path = named(path)
         if path.suffix != ".toml":
             path = path.with_name(path.name + ".toml")

@@ -204,13 +204,7 @@ class StudyTradeoff(WithNotices, html.Reported, records.Saved, Exports, kind="st
         return ", ".join(f"{name} {100.0 * change:.2g} %" for name, change in changes)
 
     def table(self) -> str:
-        """The results as a Markdown table, with one row for each setting.
-
-        Returns
-        -------
-        str
-            Without a final line break.
-        """
+        """The results as a Markdown table, with one row for each setting."""
         return markdown_table(*self.cells())
 
     def _repr_html_(self) -> str:
@@ -250,13 +244,7 @@ class StudyTradeoff(WithNotices, html.Reported, records.Saved, Exports, kind="st
         return head, rows
 
     def dataset(self) -> Dataset:
-        """The table as named arrays with units; see `Exports`.
-
-        Returns
-        -------
-        Dataset
-            The columns of `to_dict` over ``setting``.
-        """
+        """The columns of `to_dict` over ``setting``, as named arrays with units; see `Exports`."""
         return numbered("setting", self.to_dict(), {"seconds": "s"})
 
     def to_dict(self) -> dict[str, list[Any]]:
@@ -286,17 +274,7 @@ class StudyTradeoff(WithNotices, html.Reported, records.Saved, Exports, kind="st
         return costs_document(self, title)
 
     def plot(self, output: str | None = None, *, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw width errors against runs; see `plot_study_tradeoff`.
-
-        Parameters
-        ----------
-        output : str, optional
-            Name of the output; the first one if not given.
-        ax : Axes, optional
-            Where to draw; a new figure if not given.
-        **options
-            Passed to `plot_study_tradeoff`.
-        """
+        """Draw width errors of an output, the first if none is named; see `plot_study_tradeoff`."""
         from ..plots import costs as plot_costs
 
         return plot_costs.plot_study_tradeoff(self, output, ax=ax, **options)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -54,32 +53,21 @@ def figure(result: Tradeoff) -> Figure:
 
 
 def plain(result: Tradeoff, recommendation: Recommendation) -> dict[str, Any]:
-    """What was measured as JSON can hold it; numbers that are not finite are null."""
+    """What was measured, for JSON."""
     point = recommendation.point
-    numbers: dict[str, Any] = _finite(
-        {
-            "reference": {
-                "methods": [result.reference.method, result.check.method],
-                "rtol": result.reference.rtol,
-                "uncertainty": {name: result.uncertainty(name) for name in result.outputs},
-                "trusted_until": result.trusted_until,
-            },
-            "runs": result.to_dict(),
-            "recommendation": {
-                "method": None if point is None else point.method,
-                "rtol": None if point is None else point.rtol,
-                "until": recommendation.until,
-                "errors": recommendation.errors,
-                "text": recommendation.text,
-            },
-        }
-    )
-    return numbers
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _finite(entry) for key, entry in value.items()}
-    if isinstance(value, list):
-        return [_finite(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    return {
+        "reference": {
+            "methods": [result.reference.method, result.check.method],
+            "rtol": result.reference.rtol,
+            "uncertainty": {name: result.uncertainty(name) for name in result.outputs},
+            "trusted_until": result.trusted_until,
+        },
+        "runs": result.to_dict(),
+        "recommendation": {
+            "method": None if point is None else point.method,
+            "rtol": None if point is None else point.rtol,
+            "until": recommendation.until,
+            "errors": recommendation.errors,
+            "text": recommendation.text,
+        },
+    }

@@ -146,20 +146,7 @@ class Tradeoff(WithNotices, html.Reported, records.Saved, Exports, kind="tradeof
         return float(largest_error(self.t, point.growth, until)[column_index(self.outputs, output)])
 
     def uncertainty(self, output: str, until: float | None = None) -> float:
-        """Largest difference of the two accurate runs: the uncertainty of the reference.
-
-        Parameters
-        ----------
-        output : str
-            Name of the output.
-        until : float, optional
-            End of the time that counts [s]; all of it if not given.
-
-        Returns
-        -------
-        float
-            In the unit of the output.
-        """
+        """Largest difference of the two accurate runs, the uncertainty of the reference; as `error`."""
         return self.error(self.check, output, until)
 
     def recommendation(
@@ -200,13 +187,7 @@ class Tradeoff(WithNotices, html.Reported, records.Saved, Exports, kind="tradeof
         return recommend.recommendation(self, accuracy, until=until, cost=cost)
 
     def table(self) -> str:
-        """The results as a Markdown table: one row a run, with costs, errors and horizons.
-
-        Returns
-        -------
-        str
-            Without a final line break. Of more than four outputs only the worst error is shown.
-        """
+        """The results as a Markdown table: a row for each run; of many outputs only the worst error."""
         return markdown_table(*self.cells())
 
     def __str__(self) -> str:
@@ -227,13 +208,7 @@ class Tradeoff(WithNotices, html.Reported, records.Saved, Exports, kind="tradeof
         return f"Reference: {pair} agree {until}; they differ in {differences}."
 
     def hardest_outputs(self, most: int) -> list[str]:
-        """Outputs whose errors are the largest for their ranges, in their order.
-
-        Parameters
-        ----------
-        most : int
-            Number of outputs at most [-].
-        """
+        """At most so many outputs whose errors are the largest for their ranges, in their order."""
         finished = [point.growth[:, -1] for point in self.points if np.all(np.isfinite(point.growth[:, -1]))]
         # The geometric mean over the runs, in which a loose tolerance counts no more than a tight one.
         errors = np.array(finished or [self.check.growth[:, -1]])
@@ -289,13 +264,7 @@ class Tradeoff(WithNotices, html.Reported, records.Saved, Exports, kind="tradeof
         return row
 
     def dataset(self) -> Dataset:
-        """The table as named arrays with units; see `Exports`.
-
-        Returns
-        -------
-        Dataset
-            The columns of `to_dict` over ``setting``.
-        """
+        """The columns of `to_dict` over ``setting``, as named arrays with units; see `Exports`."""
         units = {"rtol": "-", "seconds": "s"}
         units |= {f"error {name}": column_unit(name) for name in self.outputs}
         units |= {f"horizon {name}": "s" for name in self.outputs}
@@ -322,17 +291,7 @@ class Tradeoff(WithNotices, html.Reported, records.Saved, Exports, kind="tradeof
         return columns
 
     def plot(self, output: str | None = None, *, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw cost against error, one line a method; see `plot_tradeoff` for the options.
-
-        Parameters
-        ----------
-        output : str, optional
-            Name of the output; the first one if not given.
-        ax : Axes, optional
-            Where to draw; a new figure if not given.
-        **options
-            Passed to `plot_tradeoff`.
-        """
+        """Draw cost against error of an output, the first if none is named; see `plot_tradeoff`."""
         from ..plots import costs as plot_costs
 
         return plot_costs.plot_tradeoff(self, output, ax=ax, **options)

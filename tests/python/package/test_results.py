@@ -24,16 +24,8 @@ PLAIN = {
     *("Body", "Revolute", "Prismatic", "Fixed", "ClearanceRevolute", "Gravity", "Spring", "Damper", "Force"),
     *("TorsionSpring", "TorsionDamper", "Torque", "Speed", "Motion", "Harmonic", "Polynomial", "Table"),
     *("BodyStart", "JointStart", "ClearanceStart", "Flores", "Hertz", "HuntCrossley", "LankaraniNikravesh"),
-    *(
-        "ModifiedCoulomb",
-        "SmoothedCoulomb",
-        "Interval",
-        "Normal",
-        "Uniform",
-        "Feature",
-        "Problem",
-        "Parameter",
-    ),
+    *("ModifiedCoulomb", "SmoothedCoulomb", "Interval", "Feature", "Problem", "Parameter"),
+    *("Normal", "Lognormal", "Uniform", "Triangular"),
 }
 
 

@@ -14,7 +14,6 @@ from ...base.arguments import Checks
 from ...base.rows import Array
 from ...base.tables import format_ends
 from ...errors import ArgumentError
-from ...execution.failures import AllFailedError
 from ...run.notices import Notice
 from ...scene.distributions import Distribution, Normal, Uniform
 from ...scene.scene import Interval
@@ -28,6 +27,7 @@ from ...study.runner import Runner
 from ...study.sources.finished import FinishedRuns
 from ...study.sources.scenes import MOST_RUNS
 from ...study.spec import declared_order
+from ..trace import made_at
 from .costs import Price, prices_of
 from .excess import Exceeded, ExcessModel, Keeps, cheapest, cheapest_of, cost_slopes
 
@@ -280,10 +280,7 @@ class Search:
 
     def _extremes(self, points: Array) -> list[Array]:
         """The lowest and the highest value of each limited quantity in runs, NaN where one failed."""
-        try:
-            runs = self.watching.made(points, self.watching.settings, midpoint=False)
-        except AllFailedError as error:
-            raise error.first from None
+        runs = made_at(self.watching, points)
         self.made += len(points)
         self.notices = {(notice.code, notice.about): notice for notice in runs.notices} | self.notices
         return [

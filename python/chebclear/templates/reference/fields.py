@@ -21,8 +21,6 @@ from .json_schema import CATALOG, COST, PARAMETER, REQUIREMENT, accepted_words, 
 
 WIDTH = 100
 """Columns of the tables in plain text [-]."""
-# How the tables of a scene are written; the ground is one, all else are lists of them.
-_HEADS = {"ground": "[ground]"}
 
 
 @dataclass(frozen=True)
