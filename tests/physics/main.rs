@@ -34,8 +34,9 @@ mod dynamics {
     mod expressions;
     mod films;
     pub(crate) mod guides;
-    mod joint_friction;
+    pub(crate) mod joint_friction;
     pub(crate) mod loops;
+    mod massless;
     mod mechanics;
     pub(crate) mod random_trees;
     mod sticking;

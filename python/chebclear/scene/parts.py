@@ -33,9 +33,9 @@ class Body(Part):
     name : str
         Name, unique in the scene.
     mass : float
-        Mass [kg].
+        Mass [kg]; 0 where the other bodies determine how the body accelerates.
     inertia : float
-        Moment of inertia about the point `inertia_about` [kg m²].
+        Moment of inertia about the point `inertia_about` [kg m²]; 0 likewise, as of a point mass.
     center_of_mass : (float, float)
         Center of mass in the frame of the body [m].
     inertia_about : str

@@ -11,7 +11,7 @@ use crate::tree::elements::{FrameInertia, Tree};
 use crate::tree::kinematics::{FrameKind, FrameState, Vec2};
 
 /// The composite body of a frame, all bodies that the frame carries, in one state.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Composite {
     /// Mass [kg].
     mass: f64,
@@ -212,6 +212,10 @@ pub(super) struct Composites {
     constant: ConstantInertia,
     /// Inverse masses of all coordinates where the mass matrix is diagonal and constant, else empty.
     inverse_masses: Vec<f64>,
+    /// The diagonal of the mass matrix where that may be singular, else empty.
+    pub(super) diagonal: Vec<f64>,
+    /// Whether it was singular in the last state.
+    pub(super) is_singular: bool,
 }
 
 impl Composites {
@@ -229,12 +233,9 @@ impl Composites {
         // Children are listed after their parents, so in reverse order the children of a frame are done
         // before it.
         for frame in (1..count).rev().filter(|&frame| !tree.paths[frame].free.is_empty()) {
-            if masses[frame] == 0.0 {
-                continue;
-            }
             let parent = tree.frames[frame].parent;
             let sum = masses[parent] + masses[frame];
-            let fraction = masses[frame] / sum;
+            let fraction = if sum > 0.0 { masses[frame] / sum } else { 0.0 };
             let reduced_mass = masses[parent] * fraction;
             merges[parent].push(Merge { child: parts.len(), fraction, reduced_mass });
             masses[parent] = sum;
@@ -253,15 +254,6 @@ impl Composites {
                 above: above.into_iter().map(|(column, j)| (column + 1, j)).collect(),
             });
         }
-        let still = Composite {
-            mass: 0.0,
-            inertia: 0.0,
-            center: Vec2::zeros(),
-            velocity: Vec2::zeros(),
-            acceleration: Vec2::zeros(),
-            moment: 0.0,
-            spread: 0.0,
-        };
         let lower = (0..d).flat_map(|i| (0..=i).map(move |j| i * d + j));
         let (mut constant, is_constant) = ConstantInertia::new(tree, &parts);
         constant.entries.extend(lower.filter(|&entry| !coupled[entry]).map(|entry| (entry, 0.0)));
@@ -271,7 +263,23 @@ impl Composites {
         if !inverse_masses.is_empty() {
             constant.entries.clear();
         }
-        Self { bodies: vec![still; parts.len()], parts, changing, constant, inverse_masses }
+        let is_light = tree.row_masses.is_some() && inverse_masses.is_empty();
+        let diagonal = vec![0.0; if is_light { d } else { 0 }];
+        Self {
+            bodies: vec![Composite::default(); parts.len()],
+            parts,
+            changing,
+            constant,
+            inverse_masses,
+            diagonal,
+            is_singular: false,
+        }
+    }
+
+    /// Whether bodies without mass or moment of inertia may make the mass matrix singular.
+    #[inline(always)]
+    pub(super) fn are_light(&self) -> bool {
+        !self.diagonal.is_empty()
     }
 
     /// Memory for the mass matrix of `d` coordinates, which holds its factor where it is constant.

@@ -95,6 +95,7 @@ impl<'m> Dynamics<'m> {
         let d = tree.degrees_of_freedom();
         let columns = tree.frames.len() - 1;
         let composites = Composites::new(tree);
+        let row_masses = tree.row_masses.clone().filter(|_| composites.are_light()).unwrap_or_default();
         Self {
             tree,
             phases: vec![Phase::Free; tree.slots.len()],
@@ -114,7 +115,7 @@ impl<'m> Dynamics<'m> {
             residual_v: vec![0.0; d * columns],
             residual_t: vec![0.0; d + tree.closed_rows().sum::<usize>()],
             pair_columns: vec![PairColumn::default(); columns],
-            loops: Loops::new(tree.closed_rows(), d, columns),
+            loops: Loops::new(tree.closed_rows(), row_masses, d, columns),
             friction: Friction::of(tree),
             scratch: vec![0.0; d],
             contacts: vec![SlotContact::UNKNOWN; tree.slots.len()],
@@ -249,7 +250,7 @@ impl<'m> Dynamics<'m> {
             }
             self.add_forces(a);
         }
-        if !self.composites.factor(&mut self.mass, d) {
+        if !self.factor_mass(d) {
             return false;
         }
         self.composites.solve(&self.mass, a);
@@ -301,6 +302,6 @@ impl<'m> Dynamics<'m> {
     pub fn is_regular(&mut self) -> bool {
         let d = self.scratch.len();
         self.composites.assemble(&self.states, &mut self.mass, &mut self.scratch);
-        self.composites.factor(&mut self.mass, d)
+        self.factor_mass(d)
     }
 }

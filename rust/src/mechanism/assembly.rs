@@ -76,7 +76,7 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<A
     }
     let speed = speed_scale(tree, &dynamics, length);
     check_mobility(tree, &dynamics, &conditions)?;
-    let levers = levers(tree, &dynamics);
+    let levers = levers(tree, &dynamics, length);
     let mut accelerations = vec![0.0; d];
     if !dynamics.acceleration(0.0, &q, &v, &mut accelerations) {
         return Err(no_acceleration(tree, &mut dynamics, &v));

@@ -58,8 +58,7 @@ impl Mechanism {
     /// Kinetic energy at the speed of the mechanism [J]. Energies are differences of terms of this size, whatever of it is
     /// exchanged.
     pub(crate) fn energy_scale(&self) -> f64 {
-        let mass: f64 = self.tree.bodies.iter().map(|body| body.mass).sum();
-        0.5 * mass * self.scales.speed * self.scales.speed
+        0.5 * self.tree.total_mass(self.scales.length) * self.scales.speed * self.scales.speed
     }
 }
 

@@ -21,7 +21,10 @@ pub(crate) fn speed_scale(tree: &Tree, dynamics: &Dynamics, length: f64) -> f64 
     for slot in &tree.slots {
         speed = speed.max(dynamics.point(slot.points[1]).velocity.norm());
     }
-    let mass = total_mass(tree);
+    let mass = tree.total_mass(length);
+    if mass == 0.0 {
+        return speed;
+    }
     let size = |load: &Load| match load {
         Load::Time(function) => function.scales()[0],
         Load::Motion(index) => {
@@ -59,13 +62,10 @@ pub(crate) fn speed_from_rest(tree: &Tree, dynamics: &Dynamics, length: f64) -> 
     (tree.inertias.iter().map(acceleration).fold(0.0, f64::max) * length).sqrt()
 }
 
-fn total_mass(tree: &Tree) -> f64 {
-    tree.bodies.iter().map(|body| body.mass).sum()
-}
-
 /// Levers: the largest displacement per unit of each degree of freedom [m/rad or 1] of the centers of mass
-/// (or of points at the radius of gyration), of the contacts and of their surfaces.
-pub(crate) fn levers(tree: &Tree, dynamics: &Dynamics) -> Vec<f64> {
+/// (or of points at the radius of gyration), of the contacts and of their surfaces; the size of the mechanism where
+/// none of them moves, as by a rod without mass.
+pub(crate) fn levers(tree: &Tree, dynamics: &Dynamics, length: f64) -> Vec<f64> {
     let mut levers = vec![0.0_f64; tree.free.len()];
     let mut raise = |frame: usize, point: Vec2, radius: f64| {
         for &(column, freedom) in &tree.paths[frame].free {
@@ -77,7 +77,7 @@ pub(crate) fn levers(tree: &Tree, dynamics: &Dynamics) -> Vec<f64> {
         }
     };
     for body in &tree.inertias {
-        let gyration = (body.inertia / body.mass).sqrt();
+        let gyration = if body.mass > 0.0 { (body.inertia / body.mass).sqrt() } else { length };
         raise(body.frame, dynamics.frame(body.frame).point(body.center).position, gyration);
     }
     for slot in &tree.slots {
@@ -85,6 +85,7 @@ pub(crate) fn levers(tree: &Tree, dynamics: &Dynamics) -> Vec<f64> {
             raise(point.frame, dynamics.point(point).position, radius);
         }
     }
+    levers.iter_mut().filter(|lever| **lever <= f64::EPSILON * length).for_each(|lever| *lever = length);
     levers
 }
 
@@ -102,7 +103,7 @@ const UNLOADED_PENETRATION: f64 = 1e-6;
 /// coupler of the ready-made six-bar, 0.27 to 0.28 (0.14 to 5.1) in the quick return.
 pub(crate) fn contact_scales(dynamics: &mut Dynamics, speed: f64, length: f64) -> Vec<ContactScales> {
     let tree = dynamics.tree;
-    let total = total_mass(tree);
+    let total = tree.total_mass(length);
     let of_slot = |slot: &ContactSlot| {
         let mut law = slot.law.normal.clone();
         let unloaded = UNLOADED_PENETRATION * slot.law.clearance;

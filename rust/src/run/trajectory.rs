@@ -323,6 +323,7 @@ fn run(
 fn finished(mut system: System, mut outcome: Outcome, mut end: State) -> Trajectory {
     let mechanism = system.motion.mechanism;
     let name_of = |place: Place| event_joint(mechanism, place).to_owned();
+    let massless = mass_message(&mut system, &mut outcome);
     let fault = friction_fault(&system, &mut outcome);
     let paradox = match outcome.status {
         Status::Done | Status::Cancelled | Status::Projection | Status::FrictionIndeterminate => None,
@@ -365,7 +366,7 @@ fn finished(mut system: System, mut outcome: Outcome, mut end: State) -> Traject
         time: outcome.time,
         joint: slot.map(name_of),
         load: load.filter(|load| load.law_of.is_none()).map(|load| load.name.clone()),
-        load_message,
+        load_message: massless + &load_message,
         paradox: paradox.map(|slot| name_of(Place::Joint(slot))),
         suspect_paths: mechanism.warnings.iter().map(|warning| warning.path.clone()).collect(),
         stats: outcome.stats,
@@ -378,6 +379,21 @@ fn finished(mut system: System, mut outcome: Outcome, mut end: State) -> Traject
         end,
         restart,
     }
+}
+
+/// What a message should say of bodies without mass or moment of inertia that no mass moves with where a run failed, which
+/// its status then says.
+fn mass_message(system: &mut System, outcome: &mut Outcome) -> String {
+    let Motion { dynamics, mechanism, .. } = &mut system.motion;
+    let fails =
+        matches!(outcome.status, Status::NonFinite | Status::StepUnderflow | Status::SingularMechanism);
+    if !fails || !dynamics.lacks_inertia() {
+        return String::new();
+    }
+    outcome.status = Status::SingularMechanism;
+    let bodies = dynamics.bodies_without_inertia().into_iter();
+    let names: Vec<String> = bodies.map(|body| format!("{:?}", mechanism.bodies[body].name)).collect();
+    format!("; {} moves there where no mass moves with it", names.join(" or "))
 }
 
 /// The joint whose friction has two solutions or none where a run failed, which its status then says, with how much friction

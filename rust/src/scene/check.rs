@@ -83,8 +83,8 @@ impl Scene {
         if body.name == GROUND {
             checker.add("name", "\"ground\" is the name of the fixed body");
         }
-        checker.positive("mass", "kg", body.mass);
-        checker.positive("inertia", "kg m^2", body.inertia);
+        checker.at_least("mass", "kg", body.mass, 0.0);
+        checker.at_least("inertia", "kg m^2", body.inertia, 0.0);
         checker.finite_pair("center_of_mass", "m", &body.center_of_mass);
         checker.finite("angle", "rad", body.angle);
         checker.points("points", &body.points);
@@ -93,13 +93,13 @@ impl Scene {
             let hint = meant_or_known(&body.inertia_about, known());
             let message = format!("unknown point {:?} of {:?}{hint}", body.inertia_about, body.name);
             checker.add("inertia_about", message);
-        } else if body.inertia > 0.0
+        } else if body.inertia >= 0.0
             && body.center_of_mass.iter().all(|side| side.is_finite())
-            && self.central_inertia(body) <= 0.0
+            && self.central_inertia(body) < 0.0
         {
             let message = format!(
-                "must be > mass * distance^2 to the center of mass for a moment about {:?}, got {}: the moment about the \
-                 center of mass would be {:.3e} kg m^2",
+                "must be >= mass * distance^2 to the center of mass for a moment about {:?}, got {}: the moment about the \
+                 center of mass, zero for a point mass, would be {:.3e} kg m^2",
                 body.inertia_about,
                 body.inertia,
                 self.central_inertia(body)

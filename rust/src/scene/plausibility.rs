@@ -78,7 +78,7 @@ impl Scene {
                 short(longest)
             );
             warnings.push(Problem::new(format!("bodies[{index}].points"), message));
-        } else if longest > LONG && body.mass < LIGHT * longest.powi(3) {
+        } else if longest > LONG && body.mass > 0.0 && body.mass < LIGHT * longest.powi(3) {
             let message = format!(
                 "{:?} spans {} m and has a mass of {} kg, lighter than anything rigid of that length: {millimeters}",
                 body.name,
@@ -184,7 +184,7 @@ impl Scene {
     fn reach(&self, reference: &str) -> Option<(&str, f64)> {
         let end = self.attachment(reference).ok()?;
         let body = &self.bodies[end.body?];
-        let gyration = (self.central_inertia(body) / body.mass).sqrt();
+        let gyration = if body.mass > 0.0 { (self.central_inertia(body) / body.mass).sqrt() } else { 0.0 };
         let distance = |point: [f64; 2]| (point[0] - end.position[0]).hypot(point[1] - end.position[1]);
         let points = body.points.iter().map(|point| distance(point.position));
         let reach = points.fold(distance(body.center_of_mass) + gyration, f64::max);

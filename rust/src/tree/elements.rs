@@ -377,6 +377,9 @@ pub struct Tree {
     pub motion_loads: Vec<MotionLoad>,
     /// Acceleration of free fall [m/s²].
     pub gravity: Vec2,
+    /// Where bodies without mass or moment of inertia may make the mass matrix singular: what every row of the closures,
+    /// couplings and locks adds to it, in [kg] or [kg m²] (see `dynamics`).
+    pub row_masses: Option<Vec<f64>>,
 }
 
 impl Tree {
@@ -388,6 +391,14 @@ impl Tree {
     /// Degrees of freedom that remain once loops are closed and coordinates coupled; these equations are independent.
     pub fn mobility(&self) -> usize {
         self.free.len().saturating_sub(self.closed_rows().sum())
+    }
+
+    /// Mass of all bodies [kg]; of those that only have moments of inertia, the mass with these at the size [m] of the
+    /// mechanism.
+    pub fn total_mass(&self, length: f64) -> f64 {
+        let mass: f64 = self.bodies.iter().map(|body| body.mass).sum();
+        let inertia = || self.bodies.iter().map(|body| body.inertia).sum::<f64>();
+        if mass > 0.0 { mass } else { inertia() / (length * length) }
     }
 
     /// Equations of every closure, coupling and lock, in the order of their rows.

@@ -68,6 +68,7 @@ impl Builder<'_> {
             applied_torques: Vec::new(),
             motion_loads: Vec::new(),
             gravity: Vec2::zeros(),
+            row_masses: None,
         };
         self.add_slots(&mut tree);
         self.add_films(&mut tree);
@@ -341,12 +342,13 @@ fn frame_inertias(bodies: &[BodyPlacement], paths: &[Path]) -> (Vec<FrameInertia
     for (frame, path) in paths.iter().enumerate().skip(1) {
         let on_frame = || bodies.iter().filter(|body| body.frame == frame);
         let mass: f64 = on_frame().map(|body| body.mass).sum();
-        if mass == 0.0 {
+        if on_frame().all(|body| body.mass == 0.0 && body.inertia == 0.0) {
             continue;
         }
         let center = match on_frame().collect::<Vec<_>>()[..] {
             // The center of mass of a single body is kept to the last bit.
             [body] => body.center,
+            _ if mass == 0.0 => Vec2::zeros(),
             _ => on_frame().map(|body| body.mass * body.center).sum::<Vec2>() / mass,
         };
         let inertia =

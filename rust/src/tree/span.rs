@@ -6,8 +6,8 @@
 use std::collections::VecDeque;
 
 use crate::error::{InputError, Problem, Subject};
-use crate::scene::parts::{Attachment, Force, GROUND, Joint, JointKind, Scene};
-use crate::tree::elements::{DrivenCoordinate, FramePoint, Realization, Tree};
+use crate::scene::parts::{Attachment, Force, GROUND, Joint, JointKind, Scene, length_scale};
+use crate::tree::elements::{CLOSURE_ROWS, DrivenCoordinate, FramePoint, Realization, Tree};
 use crate::tree::kinematics::{Frame, FrameKind, Vec2, direction, perp, rotated};
 
 impl Tree {
@@ -23,7 +23,33 @@ impl Tree {
         builder.check_clearances()?;
         let mut tree = builder.finish();
         tree.add_couplings(scene)?;
+        tree.row_masses = tree.has_light_frame().then(|| tree.masses_of_rows(length_scale(scene)));
         Ok(tree)
+    }
+
+    /// Whether degrees of freedom move a frame whose bodies have no mass, or turn one whose bodies have no moment of
+    /// inertia.
+    fn has_light_frame(&self) -> bool {
+        let turns = |&(column, _): &(usize, usize)| self.frames[column + 1].kind == FrameKind::Revolute;
+        self.bodies.iter().any(|body| {
+            let free = &self.paths[body.frame].free;
+            let own = self.inertias.iter().find(|inertia| inertia.frame == body.frame);
+            let [mass, inertia] = own.map_or([0.0; 2], |own| [own.mass, own.inertia]);
+            !free.is_empty() && (mass == 0.0 || inertia == 0.0 && free.iter().any(turns))
+        })
+    }
+
+    /// The mass of all bodies for every row in [m], at the size of the mechanism for one in [rad]. Were it much larger or
+    /// smaller, digits would be lost; else the accelerations do not depend on it.
+    fn masses_of_rows(&self, length: f64) -> Vec<f64> {
+        let total = self.total_mass(length);
+        // Where nothing has a mass drives prescribe the motion.
+        let mass = if total > 0.0 { total } else { 1.0 };
+        let of_row = |is_angle: bool| if is_angle { mass * length * length } else { mass };
+        let closures = self.closures.iter().flat_map(|_| [false; CLOSURE_ROWS]);
+        let couplings = self.couplings.iter().map(|coupling| coupling.driven.slide.is_none());
+        let locks = self.locks.iter().map(|&column| self.frames[column + 1].kind == FrameKind::Revolute);
+        closures.chain(couplings).chain(locks).map(of_row).collect()
     }
 }
 

@@ -5,7 +5,7 @@ use chebclear::contact::friction::JointFriction;
 use chebclear::contact::sticking::Traction;
 use chebclear::dynamics::Dynamics;
 use chebclear::mechanism::compiled::Mechanism;
-use chebclear::scene::parts::{Joint, JointKind};
+use chebclear::scene::parts::{Joint, JointKind, Scene};
 use chebclear::tree::elements::Scales;
 
 use crate::dynamics::cartesian::moving_cases;
@@ -15,7 +15,7 @@ use crate::dynamics::random_trees::Case;
 use crate::support::{Random, compile};
 
 /// The case with friction in most of its ideal joints.
-fn with_friction(case: &Case, random: &mut Random) -> Option<Mechanism> {
+pub(crate) fn with_friction(case: &Case, random: &mut Random) -> Option<Mechanism> {
     let mut scene = case.scene.clone();
     for joint in &mut scene.joints {
         let Joint::Ideal { kind, friction, .. } = joint else { continue };
@@ -33,7 +33,7 @@ fn with_friction(case: &Case, random: &mut Random) -> Option<Mechanism> {
 }
 
 /// The dynamics in the state of a case, where every joint sticks or slides; `None` where friction has not one solution.
-fn dry<'m>(case: &Case, mechanism: &'m Mechanism, random: &mut Random) -> Option<Dynamics<'m>> {
+pub(crate) fn dry<'m>(case: &Case, mechanism: &'m Mechanism, random: &mut Random) -> Option<Dynamics<'m>> {
     let mut dynamics = Dynamics::new(mechanism);
     dynamics.phases.clone_from(&case.phases);
     dynamics.move_to(case.t, &case.q, &case.v);
@@ -51,9 +51,8 @@ fn dry<'m>(case: &Case, mechanism: &'m Mechanism, random: &mut Random) -> Option
 }
 
 /// A four-bar, whose loop is closed by a cut joint, in random states.
-fn closed_cases(random: &mut Random) -> Vec<Case> {
-    let scene = four_bar(None);
-    let mechanism = compile(&scene);
+pub(crate) fn closed_cases(scene: &Scene, random: &mut Random) -> Vec<Case> {
+    let mechanism = compile(scene);
     let mut states = std::iter::repeat_with(|| {
         let mut q: Vec<f64> = mechanism.start.q.iter().map(|q| q + random.within(-0.3, 0.3)).collect();
         let mut v: Vec<f64> = q.iter().map(|_| random.within(-3.0, 3.0)).collect();
@@ -79,7 +78,8 @@ fn closed_cases(random: &mut Random) -> Vec<Case> {
 fn linearization_agrees_with_differences() {
     let mut random = Random(81);
     let mut seen = 0;
-    for (index, case) in moving_cases().iter().chain(&closed_cases(&mut random)).enumerate() {
+    for (index, case) in moving_cases().iter().chain(&closed_cases(&four_bar(None), &mut random)).enumerate()
+    {
         let Some(mechanism) = with_friction(case, &mut random) else { continue };
         let Some(mut dynamics) = dry(case, &mechanism, &mut random) else { continue };
         // Short steps, since a guide changes its law where force and moment are equal.
@@ -93,7 +93,8 @@ fn linearization_agrees_with_differences() {
 fn friction_follows_from_the_reactions_that_balance() {
     let mut random = Random(82);
     let (mut seen, mut slides) = (0, 0);
-    for (index, case) in moving_cases().iter().chain(&closed_cases(&mut random)).enumerate() {
+    for (index, case) in moving_cases().iter().chain(&closed_cases(&four_bar(None), &mut random)).enumerate()
+    {
         let Some(mechanism) = with_friction(case, &mut random) else { continue };
         let Some(mut dynamics) = dry(case, &mechanism, &mut random) else { continue };
         let mut a = vec![0.0; case.q.len()];

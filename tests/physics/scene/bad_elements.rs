@@ -188,8 +188,6 @@ fn gate_06_numbers_out_of_their_range_are_refused_at_their_path() {
         (
             scenes::GOOD,
             &[
-                "bodies[1].mass",
-                "bodies[1].inertia",
                 "joints[3].clearance",
                 "joints[3].journal_radius",
                 "joints[3].impact_velocity_floor",
@@ -199,6 +197,7 @@ fn gate_06_numbers_out_of_their_range_are_refused_at_their_path() {
             &[0.0, -1e-5],
             &[],
         ),
+        (scenes::GOOD, &["bodies[1].mass", "bodies[1].inertia"], &[-1e-5], &[0.0]),
         (scenes::GOOD, &["joints[3].contact.restitution"], &[0.0, 1.1], &[1.0]),
         (scenes::GOOD, &["joints[3].contact.exponent"], &[0.9], &[1.0]),
         (scenes::GOOD, &["joints[3].friction.static_coefficient"], &[-0.1], &[0.0]),

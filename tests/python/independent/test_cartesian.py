@@ -4,10 +4,12 @@ Impacts are chaotic, so a comparison needs a window. It is given: the motion up 
 contact, few enough that no rounding of either code has grown to a tenth of the tolerance by then.
 """
 
+import dataclasses
 import math
 
 import cartesian
 import chebclear as cc
+import loops
 import numpy as np
 import pytest
 
@@ -356,3 +358,34 @@ def test_contacts_pulled_apart_agree():
     ]
     events = assert_same_motion(four_bar(joints, driven(300.0)), 0.001, 201)
     assert {"clip", "unclip"} <= {kind for _, _, kind in events}
+
+
+# --- bodies without mass ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_massless_link_accelerates_as_in_the_augmented_system(seed):
+    rng = np.random.default_rng(seed)
+    make, joint = [(loops.slider_crank, "bearing"), (loops.four_bar, "A")][seed % 2]
+    light = rng.integers(0, 3)
+    bodies = make().bodies
+    x, y, torque = rng.normal(0.0, 10.0, 3)
+    scene = make(
+        [
+            cc.Gravity((0.0, -9.81)),
+            cc.Force("load", f"{bodies[1].name}.Q", x, y),
+            cc.Torque("couple", bodies[light].name, torque=torque),
+        ],
+        start=[cc.JointStart(joint, position=rng.normal(0.6, 0.1), velocity=rng.normal(0.0, 20.0))],
+    )
+    changed = {
+        "points": {name: tuple(np.add(at, rng.normal(0.0, 0.01, 2))) for name, at in bodies[1].points.items()}
+    }
+    bodies = [dataclasses.replace(body, **(changed if k == 1 else {})) for k, body in enumerate(bodies)]
+    bodies[light] = dataclasses.replace(bodies[light], mass=0.0, inertia=0.0)
+    scene = dataclasses.replace(scene, bodies=bodies)
+    model = cartesian.Model(scene)
+    solution = cartesian.Solution(np.zeros(1), {})
+    cartesian.fill(model, solution, [(model.start(), ())])
+    errors = deviations(solution, cc.simulate(scene, duration=1e-6, samples=2), 1)
+    assert max(errors.values()) < 1e-9, max(errors, key=errors.get)

@@ -54,7 +54,7 @@ def _remarks(template: Template, scene: Scene) -> list[str]:
     told = []
     ends = {end for joint in scene.joints for end in ends_of(joint)}
     for written_body, body in zip(template.source.get("bodies", ()), scene.bodies, strict=True):
-        if "center_of_mass" in written_body:
+        if "center_of_mass" in written_body or body.mass == 0:
             continue
         used = {name: place for name, place in body.points.items() if f"{body.name}.{name}" in ends}
         there = [name for name, place in used.items() if place == body.center_of_mass]

@@ -132,6 +132,8 @@ class Pen:
             lug = 1.25 * bearing + 0.3 * radius
             self.area(hull([(center, lug)]), body.name, color, 2, alpha=0.35)
             self.clutter.add(center, center, lug)
+        if body.mass == 0.0:
+            return
         center = self.pose.at(f"{body.name}.center_of_mass")
         arm = 0.6 * radius
         for across in ((arm, 0.0), (0.0, arm)):

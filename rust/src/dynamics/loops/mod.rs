@@ -1,23 +1,20 @@
-//! Closed kinematic loops: Lagrange multipliers by a Schur complement, projection, derivatives.
+//! Closed kinematic loops: Lagrange multipliers by a Schur complement, derivatives.
 //!
-//! A closure keeps two points together; its gap is the distance between them, zero in every exact state.
+//! A closure keeps two points together; its gap is the distance between them, zero in every exact state. In: the frames in a
+//! state and accelerations without loops; out: those with closed loops, projected states. Uses `numerics`, `tree`.
+
+mod massless;
+mod projection;
+
+pub use projection::Correction;
 
 use std::ops::Range;
 
 use super::Dynamics;
 use crate::numerics::linear::{symmetric_factor, symmetric_solve};
-use crate::tree::elements::{CLOSURE_ROWS, Scales};
+use crate::tree::elements::CLOSURE_ROWS;
 use crate::tree::kinematics::Vec2;
 
-/// Most Newton steps of a projection. Two usually suffice; a step of a motion that drives prescribe takes up
-/// to ten.
-const PROJECTIONS: usize = 20;
-/// Largest gap relative to the positions, and gap rate relative to the velocities, that count as rounding.
-/// For comparison, steps at a tight tolerance left gaps of at most 2.5 ε times the size of a six-bar or quick
-/// return and gap rates of 1.9 ε times its speed; the medians were 0.45 ε and 0.3 ε.
-const ROUNDING: f64 = 16.0 * f64::EPSILON;
-/// The same for a gap of which nothing is known: about one rounding of the positions.
-const ONE_ROUNDING: f64 = f64::EPSILON;
 /// Pivot of the Schur complement, relative to the accelerance of its closure, below which the closures count as nearly
 /// dependent: the state is near a change point. With an angle of about σ between the closures, whose square the pivot
 /// is, a rounding error ε of the gaps moves positions by ε/σ and velocities by ε/σ²: ε^(2/3) at this bound, ε^(1/3),
@@ -47,6 +44,9 @@ pub(super) struct Loops {
     pub(super) acceleration_v: Vec<f64>,
     /// Right-hand sides of the Schur complement.
     pub(super) right: Vec<f64>,
+    /// Diagonal of W where the mass matrix is that with the closures, and W c of the last correction; else empty.
+    pub(super) row_masses: Vec<f64>,
+    by_row_masses: Vec<f64>,
     /// Smallest pivot relative to the accelerance of its closure, where the closures are nearly dependent.
     weakest_pivot: f64,
     /// Whether the closures are nearly dependent, so that `s` is damped.
@@ -58,8 +58,13 @@ pub(super) struct Loops {
 }
 
 impl Loops {
-    /// `counts` are the numbers of rows of the closures.
-    pub(super) fn new(counts: impl Iterator<Item = usize>, d: usize, columns: usize) -> Self {
+    /// `counts` are the numbers of rows of the closures, `row_masses` what each adds to a mass matrix that may be singular.
+    pub(super) fn new(
+        counts: impl Iterator<Item = usize>,
+        row_masses: Vec<f64>,
+        d: usize,
+        columns: usize,
+    ) -> Self {
         let mut rows = 0;
         let closures = counts.map(|count| {
             rows += count;
@@ -74,6 +79,8 @@ impl Loops {
             acceleration_q: vec![0.0; rows * columns],
             acceleration_v: vec![0.0; rows * columns],
             right: vec![0.0; rows],
+            by_row_masses: row_masses.clone(),
+            row_masses,
             weakest_pivot: 1.0,
             nearly_dependent: false,
             damping: vec![0.0; rows],
@@ -87,6 +94,10 @@ impl Loops {
     pub(super) fn correct(&mut self, x: &mut [f64]) {
         let rows = self.right.len();
         let d = x.len();
+        for (by, (mass, right)) in self.by_row_masses.iter_mut().zip(self.row_masses.iter().zip(&self.right))
+        {
+            *by = mass * right;
+        }
         for (right, row) in self.right.iter_mut().zip(self.e.chunks_exact(d.max(1))) {
             *right += row.iter().zip(&*x).map(|(e, x)| e * x).sum::<f64>();
         }
@@ -107,6 +118,10 @@ impl Loops {
             for (x, y) in x.iter_mut().zip(row) {
                 *x -= y * multiplier;
             }
+        }
+        // The mass matrix with the closures makes λ + W c of the multipliers λ.
+        for (multiplier, by) in self.right.iter_mut().zip(&self.by_row_masses) {
+            *multiplier -= by;
         }
     }
 
@@ -209,52 +224,12 @@ fn accelerance(diagonal: &[f64], rows: &Range<usize>) -> f64 {
     diagonal[rows.clone()].iter().sum()
 }
 
-/// Size of a projection onto the loop closures. Coordinates are multiplied by their levers: the largest
-/// distance that a point moves per unit of the coordinate.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Correction {
-    /// Largest change of a coordinate times its lever [m].
-    pub position: f64,
-    /// Largest change of a velocity times its lever [m/s].
-    pub velocity: f64,
-    /// Whether the gaps were rounding errors alone. Near a dead center these may still move a coordinate far.
-    pub rounded_position: bool,
-    /// Whether the gap rates were rounding errors alone.
-    pub rounded_velocity: bool,
-    /// Whether the closures are nearly dependent: a correction of the velocities across the closures changes the motion
-    /// along them in second order only.
-    pub nearly_dependent: bool,
-}
-
-/// Positions or velocities.
-#[derive(Clone, Copy, Debug)]
-enum Level {
-    Position,
-    Velocity,
-}
-
-/// What gaps and gap rates may be.
-#[derive(Clone, Copy, Debug)]
-struct Gaps {
-    /// The closures are nearly dependent, and the motion passes: where they are pulled apart instead, velocities grow as
-    /// the inverse of the angle between them.
-    passes: bool,
-    /// All gaps are rounding errors.
-    closed: bool,
-    /// All gaps are about one rounding error.
-    unknown: bool,
-    /// All gap rates are rounding errors, also of what one rounding error of a gap makes of them near a change point.
-    unknown_rates: bool,
-    /// All gap rates are what rounding errors of the gaps may have left of a passage over a change point.
-    rounded_rates: bool,
-}
-
 impl Dynamics<'_> {
-    /// Adds the effect of the forces in the loop closures to accelerations computed without them; false in a
-    /// singular configuration. Called after [`Dynamics::move_to`], with the mass matrix factored.
-    pub(super) fn close_accelerations(&mut self, a: &mut [f64]) -> bool {
+    /// Writes the rows of all closures, and what their accelerations are without those of the free coordinates, after
+    /// [`Dynamics::move_to`].
+    #[inline(always)]
+    pub(super) fn write_rows(&mut self, d: usize) {
         let tree = self.tree;
-        let d = a.len();
         self.loops.e.fill(0.0);
         for (index, closure) in tree.closures.iter().enumerate() {
             let mut bias = Vec2::zeros();
@@ -275,6 +250,16 @@ impl Dynamics<'_> {
         }
         if !tree.locks.is_empty() {
             self.write_lock_rows(d);
+        }
+    }
+
+    /// Adds the effect of the forces in the loop closures to accelerations computed without them; false in a
+    /// singular configuration. Called after [`Dynamics::move_to`], with the mass matrix factored.
+    pub(super) fn close_accelerations(&mut self, a: &mut [f64]) -> bool {
+        let tree = self.tree;
+        let d = a.len();
+        if !self.composites.are_light() {
+            self.write_rows(d);
         }
         let loops = &mut self.loops;
         loops.y.copy_from_slice(&loops.e);
@@ -309,144 +294,9 @@ impl Dynamics<'_> {
         }
     }
 
-    /// Projects a state that nearly closes the loops onto the closures, in the metric of the mass matrix:
-    /// positions by Newton's method, then velocities. Returns the size of the correction, or `None` in
-    /// a singular configuration or where Newton's method does not converge.
-    pub fn project(&mut self, t: f64, q: &mut [f64], v: &mut [f64], scales: &Scales) -> Option<Correction> {
-        let mut correction =
-            Correction { rounded_position: true, rounded_velocity: true, ..Correction::default() };
-        let mut closed = !self.tree.has_loops();
-        let mut a = std::mem::take(&mut self.scratch);
-        for _ in 0..PROJECTIONS {
-            if closed || !self.acceleration(t, q, v, &mut a) {
-                break;
-            }
-            let gaps = self.gaps(q, v, scales);
-            closed = gaps.closed;
-            correction.rounded_position &= closed;
-            // Near a change point the rounding errors of gaps move the state far: they are left alone there, and
-            // nothing is known of the velocities within the reach of the damping.
-            let near = gaps.passes;
-            let lost = near && self.loops.weakest_pivot < DAMPING;
-            correction.nearly_dependent |= near;
-            if !(near && closed && (lost || gaps.unknown)) {
-                let moved = self.close(q, &scales.levers, &mut a, !closed, Level::Position);
-                correction.position = correction.position.max(moved);
-                if near {
-                    // What moved the positions changes the gap rates.
-                    closed = false;
-                    continue;
-                }
-            }
-            if closed {
-                correction.rounded_velocity = gaps.rounded_rates;
-                if !(near && (lost || gaps.unknown_rates)) {
-                    // The positions changed by rounding alone since the gap rates were found.
-                    correction.velocity = self.close(v, &scales.levers, &mut a, false, Level::Velocity);
-                }
-            }
-        }
-        self.scratch = a;
-        closed.then_some(correction)
-    }
-
-    /// What the gaps and gap rates are, after [`Dynamics::acceleration`].
-    fn gaps(&self, q: &[f64], v: &[f64], scales: &Scales) -> Gaps {
-        let largest = |of: &[f64]| {
-            of.iter().zip(&scales.levers).map(|(x, lever)| (x * lever).abs()).fold(0.0, f64::max)
-        };
-        // The rounding error of a large angle counts at the size of the mechanism. The velocity of a point
-        // may be a sum of much larger terms, whose rounding errors count.
-        let (size, speed) = (scales.length + largest(q), scales.speed + largest(v));
-        // Gap rates per gap.
-        let at = |pivot: f64| speed / scales.length / pivot.sqrt();
-        let loops = &self.loops;
-        let passes = loops.nearly_dependent
-            && largest(v).powi(2) * loops.weakest_pivot
-                <= NEARLY_DEPENDENT.sqrt() * scales.speed * scales.speed;
-        let (here, left) = if passes {
-            (at(loops.weakest_pivot.max(DAMPING)), at(DAMPING))
-        } else if loops.nearly_dependent {
-            (0.0, 0.0)
-        } else {
-            (0.0, at(NEARLY_DEPENDENT))
-        };
-        let all = Gaps { passes, closed: true, unknown: true, unknown_rates: true, rounded_rates: true };
-        let judge = |all: Gaps, [gap, reach]: [f64; 2], [rate, rounded]: [f64; 2]| Gaps {
-            passes,
-            closed: all.closed && gap <= ROUNDING * reach,
-            unknown: all.unknown && gap <= ONE_ROUNDING * reach,
-            unknown_rates: all.unknown_rates && rate <= rounded + ONE_ROUNDING * reach * here,
-            rounded_rates: all.rounded_rates && rate <= rounded + ROUNDING * reach * left,
-        };
-        let closed = self.tree.closures.iter().fold(all, |all, closure| {
-            let (a, b) = (self.point(closure.a), self.point(closure.b));
-            let (gap, rate) = ((b.position - a.position).amax(), (b.velocity - a.velocity).amax());
-            let reach = a.position.amax() + b.position.amax() + size;
-            let rounded = ROUNDING * (a.velocity.amax() + b.velocity.amax() + speed);
-            judge(all, [gap, reach], [rate, rounded])
-        });
-        self.tree.couplings.iter().fold(closed, |all, coupling| {
-            let motion = self.coupling_motion(coupling);
-            let [reach, of_rate] = motion.reach(coupling, [size, speed, scales.length]);
-            judge(all, [motion.gap.abs(), reach], [motion.rate.abs(), ROUNDING * of_rate])
-        })
-    }
-
-    /// Whether the closures are nearly dependent after [`Dynamics::acceleration`], so that the forces in them are not
-    /// known: near a change point.
-    pub fn is_near_change_point(&self) -> bool {
-        self.loops.nearly_dependent
-    }
-
-    /// Whether nothing is known of velocities and accelerations across the closures: at a change point.
-    pub fn is_at_change_point(&self) -> bool {
-        self.loops.nearly_dependent && self.loops.weakest_pivot < DAMPING
-    }
-
     /// Declares the forces in the closures unknown.
     pub fn forget_closure_forces(&mut self) {
         self.loops.multipliers.fill(f64::NAN);
-    }
-
-    /// One correction of `x`, positions or velocities, toward closed loops; returns the largest change times
-    /// its lever.
-    fn close(
-        &mut self,
-        x: &mut [f64],
-        levers: &[f64],
-        change: &mut [f64],
-        undamped: bool,
-        level: Level,
-    ) -> f64 {
-        let tree = self.tree;
-        for (index, closure) in tree.closures.iter().enumerate() {
-            let (a, b) = (self.point(closure.a), self.point(closure.b));
-            let gap = match level {
-                Level::Position => b.position - a.position,
-                Level::Velocity => b.velocity - a.velocity,
-            };
-            self.loops.right[2 * index] = gap.x;
-            self.loops.right[2 * index + 1] = gap.y;
-        }
-        for (row, coupling) in (CLOSURE_ROWS * tree.closures.len()..).zip(&tree.couplings) {
-            self.loops.right[row] = match level {
-                Level::Position => self.coupling_motion(coupling).gap,
-                Level::Velocity => self.coupling_motion(coupling).rate,
-            };
-        }
-        change.fill(0.0);
-        if undamped {
-            self.loops.correct_undamped(change);
-        } else {
-            self.loops.correct(change);
-        }
-        let mut largest = 0.0_f64;
-        for ((x, change), lever) in x.iter_mut().zip(change).zip(levers) {
-            *x += *change;
-            largest = largest.max((*change * lever).abs());
-        }
-        largest
     }
 
     /// Adds the derivatives of Eᵀ λ with fixed λ to the residual, and computes those of the relative

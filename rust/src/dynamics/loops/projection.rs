@@ -1,0 +1,192 @@
+//! Projection of a state onto the closures, and what gaps are rounding errors.
+
+use super::{DAMPING, NEARLY_DEPENDENT};
+use crate::dynamics::Dynamics;
+use crate::tree::elements::{CLOSURE_ROWS, Scales};
+
+/// Most Newton steps of a projection. Two usually suffice; a step of a motion that drives prescribe takes up
+/// to ten.
+const PROJECTIONS: usize = 20;
+/// Largest gap relative to the positions, and gap rate relative to the velocities, that count as rounding.
+/// For comparison, steps at a tight tolerance left gaps of at most 2.5 ε times the size of a six-bar or quick
+/// return and gap rates of 1.9 ε times its speed; the medians were 0.45 ε and 0.3 ε.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+/// The same for a gap of which nothing is known: about one rounding of the positions.
+const ONE_ROUNDING: f64 = f64::EPSILON;
+
+/// Size of a projection onto the loop closures. Coordinates are multiplied by their levers: the largest
+/// distance that a point moves per unit of the coordinate.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Correction {
+    /// Largest change of a coordinate times its lever [m].
+    pub position: f64,
+    /// Largest change of a velocity times its lever [m/s].
+    pub velocity: f64,
+    /// Whether the gaps were rounding errors alone. Near a dead center these may still move a coordinate far.
+    pub rounded_position: bool,
+    /// Whether the gap rates were rounding errors alone.
+    pub rounded_velocity: bool,
+    /// Whether the closures are nearly dependent: a correction of the velocities across the closures changes the motion
+    /// along them in second order only.
+    pub nearly_dependent: bool,
+}
+
+/// Positions or velocities.
+#[derive(Clone, Copy, Debug)]
+enum Level {
+    Position,
+    Velocity,
+}
+
+/// What gaps and gap rates may be.
+#[derive(Clone, Copy, Debug)]
+struct Gaps {
+    /// The closures are nearly dependent, and the motion passes: where they are pulled apart instead, velocities grow as
+    /// the inverse of the angle between them.
+    passes: bool,
+    /// All gaps are rounding errors.
+    closed: bool,
+    /// All gaps are about one rounding error.
+    unknown: bool,
+    /// All gap rates are rounding errors, also of what one rounding error of a gap makes of them near a change point.
+    unknown_rates: bool,
+    /// All gap rates are what rounding errors of the gaps may have left of a passage over a change point.
+    rounded_rates: bool,
+}
+
+impl Dynamics<'_> {
+    /// Projects a state that nearly closes the loops onto the closures, in the metric of the mass matrix:
+    /// positions by Newton's method, then velocities. Returns the size of the correction, or `None` in
+    /// a singular configuration or where Newton's method does not converge.
+    pub fn project(&mut self, t: f64, q: &mut [f64], v: &mut [f64], scales: &Scales) -> Option<Correction> {
+        let mut correction =
+            Correction { rounded_position: true, rounded_velocity: true, ..Correction::default() };
+        let mut closed = !self.tree.has_loops();
+        let mut a = std::mem::take(&mut self.scratch);
+        for _ in 0..PROJECTIONS {
+            if closed || !self.acceleration(t, q, v, &mut a) {
+                break;
+            }
+            let gaps = self.gaps(q, v, scales);
+            closed = gaps.closed;
+            correction.rounded_position &= closed;
+            // Near a change point the rounding errors of gaps move the state far: they are left alone there, and
+            // nothing is known of the velocities within the reach of the damping.
+            let near = gaps.passes;
+            let lost = near && self.loops.weakest_pivot < DAMPING;
+            correction.nearly_dependent |= near;
+            if !(near && closed && (lost || gaps.unknown)) {
+                let moved = self.close(q, &scales.levers, &mut a, !closed, Level::Position);
+                correction.position = correction.position.max(moved);
+                if near {
+                    // What moved the positions changes the gap rates.
+                    closed = false;
+                    continue;
+                }
+            }
+            if closed {
+                correction.rounded_velocity = gaps.rounded_rates;
+                if !(near && (lost || gaps.unknown_rates)) {
+                    // The positions changed by rounding alone since the gap rates were found.
+                    correction.velocity = self.close(v, &scales.levers, &mut a, false, Level::Velocity);
+                }
+            }
+        }
+        self.scratch = a;
+        closed.then_some(correction)
+    }
+
+    /// What the gaps and gap rates are, after [`Dynamics::acceleration`].
+    fn gaps(&self, q: &[f64], v: &[f64], scales: &Scales) -> Gaps {
+        let largest = |of: &[f64]| {
+            of.iter().zip(&scales.levers).map(|(x, lever)| (x * lever).abs()).fold(0.0, f64::max)
+        };
+        // The rounding error of a large angle counts at the size of the mechanism. The velocity of a point
+        // may be a sum of much larger terms, whose rounding errors count.
+        let (size, speed) = (scales.length + largest(q), scales.speed + largest(v));
+        // Gap rates per gap.
+        let at = |pivot: f64| speed / scales.length / pivot.sqrt();
+        let loops = &self.loops;
+        let passes = loops.nearly_dependent
+            && largest(v).powi(2) * loops.weakest_pivot
+                <= NEARLY_DEPENDENT.sqrt() * scales.speed * scales.speed;
+        let (here, left) = if passes {
+            (at(loops.weakest_pivot.max(DAMPING)), at(DAMPING))
+        } else if loops.nearly_dependent {
+            (0.0, 0.0)
+        } else {
+            (0.0, at(NEARLY_DEPENDENT))
+        };
+        let all = Gaps { passes, closed: true, unknown: true, unknown_rates: true, rounded_rates: true };
+        let judge = |all: Gaps, [gap, reach]: [f64; 2], [rate, rounded]: [f64; 2]| Gaps {
+            passes,
+            closed: all.closed && gap <= ROUNDING * reach,
+            unknown: all.unknown && gap <= ONE_ROUNDING * reach,
+            unknown_rates: all.unknown_rates && rate <= rounded + ONE_ROUNDING * reach * here,
+            rounded_rates: all.rounded_rates && rate <= rounded + ROUNDING * reach * left,
+        };
+        let closed = self.tree.closures.iter().fold(all, |all, closure| {
+            let (a, b) = (self.point(closure.a), self.point(closure.b));
+            let (gap, rate) = ((b.position - a.position).amax(), (b.velocity - a.velocity).amax());
+            let reach = a.position.amax() + b.position.amax() + size;
+            let rounded = ROUNDING * (a.velocity.amax() + b.velocity.amax() + speed);
+            judge(all, [gap, reach], [rate, rounded])
+        });
+        self.tree.couplings.iter().fold(closed, |all, coupling| {
+            let motion = self.coupling_motion(coupling);
+            let [reach, of_rate] = motion.reach(coupling, [size, speed, scales.length]);
+            judge(all, [motion.gap.abs(), reach], [motion.rate.abs(), ROUNDING * of_rate])
+        })
+    }
+
+    /// Whether the closures are nearly dependent after [`Dynamics::acceleration`], so that the forces in them are not
+    /// known: near a change point.
+    pub fn is_near_change_point(&self) -> bool {
+        self.loops.nearly_dependent
+    }
+
+    /// Whether nothing is known of velocities and accelerations across the closures: at a change point.
+    pub fn is_at_change_point(&self) -> bool {
+        self.loops.nearly_dependent && self.loops.weakest_pivot < DAMPING
+    }
+
+    /// One correction of `x`, positions or velocities, toward closed loops; returns the largest change times
+    /// its lever.
+    fn close(
+        &mut self,
+        x: &mut [f64],
+        levers: &[f64],
+        change: &mut [f64],
+        undamped: bool,
+        level: Level,
+    ) -> f64 {
+        let tree = self.tree;
+        for (index, closure) in tree.closures.iter().enumerate() {
+            let (a, b) = (self.point(closure.a), self.point(closure.b));
+            let gap = match level {
+                Level::Position => b.position - a.position,
+                Level::Velocity => b.velocity - a.velocity,
+            };
+            self.loops.right[2 * index] = gap.x;
+            self.loops.right[2 * index + 1] = gap.y;
+        }
+        for (row, coupling) in (CLOSURE_ROWS * tree.closures.len()..).zip(&tree.couplings) {
+            self.loops.right[row] = match level {
+                Level::Position => self.coupling_motion(coupling).gap,
+                Level::Velocity => self.coupling_motion(coupling).rate,
+            };
+        }
+        change.fill(0.0);
+        if undamped {
+            self.loops.correct_undamped(change);
+        } else {
+            self.loops.correct(change);
+        }
+        let mut largest = 0.0_f64;
+        for ((x, change), lever) in x.iter_mut().zip(change).zip(levers) {
+            *x += *change;
+            largest = largest.max((*change * lever).abs());
+        }
+        largest
+    }
+}
