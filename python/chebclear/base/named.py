@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import fnmatch
-from abc import abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Generic, NoReturn, TypeVar
 
 from ..errors import ArgumentTypeError, UnknownNameError
-from .arguments import did_you_mean
+from .arguments import did_you_mean, meant_or_known
 
 Entry = TypeVar("Entry")
 Key = TypeVar("Key")
@@ -53,13 +52,21 @@ class Named(Mapping[str, Entry], Generic[Entry]):
     """
 
     @property
-    @abstractmethod
+    def _by_name(self) -> Mapping[str, Entry]:
+        """The entries of a result that holds them by name."""
+        raise NotImplementedError
+
+    @property
     def _names(self) -> Sequence[str]:
         """The names in their order."""
+        return tuple(self._by_name)
 
-    @abstractmethod
     def _entry(self, name: str) -> Entry:
         """The entry of a name; a KeyError that suggests a similar name if there is none."""
+        entries = self._by_name
+        if name not in entries:
+            raise UnknownNameError(f'unknown name "{name}"{meant_or_known(name, entries)}')
+        return entries[name]
 
     def __getitem__(self, name: str) -> Entry:
         if is_pattern(name) and name not in self._names:

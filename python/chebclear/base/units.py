@@ -70,52 +70,23 @@ _FORCE, _ENERGY = _dimension(1, 1, -2), _dimension(1, 2, -2)
 _PRESSURE, _POWER = _dimension(1, -1, -2), _dimension(1, 2, -3)
 
 
-def _unit(scale: str, dimension: Dimension, angular: str = "") -> Unit:
-    return Unit(Fraction(Decimal(scale)), dimension, angular)
-
-
-# The micro sign is written in two ways, U+00B5 and the Greek letter U+03BC.
-UNITS: dict[str, Unit] = {
-    "m": _unit("1", _LENGTH),
-    "mm": _unit("1e-3", _LENGTH),
-    "um": _unit("1e-6", _LENGTH),
-    "km": _unit("1e3", _LENGTH),
-    "dm": _unit("0.1", _LENGTH),
-    "cm": _unit("0.01", _LENGTH),
-    "\u00b5m": _unit("1e-6", _LENGTH),
-    "\u03bcm": _unit("1e-6", _LENGTH),
-    "nm": _unit("1e-9", _LENGTH),
-    "in": _unit("0.0254", _LENGTH),
-    "kg": _unit("1", _MASS),
-    "g": _unit("1e-3", _MASS),
-    "mg": _unit("1e-6", _MASS),
-    "t": _unit("1e3", _MASS),
-    "s": _unit("1", _TIME),
-    "ms": _unit("1e-3", _TIME),
-    "us": _unit("1e-6", _TIME),
-    "\u00b5s": _unit("1e-6", _TIME),
-    "\u03bcs": _unit("1e-6", _TIME),
-    "min": _unit("60", _TIME),
-    "h": _unit("3600", _TIME),
-    "rad": _unit("1", _ONE),
-    "mrad": _unit("1e-3", _ONE),
-    "deg": _unit("1", _ONE, "deg"),
-    "\u00b0": _unit("1", _ONE, "deg"),
-    "rpm": _unit("1", _dimension(time=-1), "rpm"),
-    "%": _unit("0.01", _ONE),
-    "N": _unit("1", _FORCE),
-    "mN": _unit("1e-3", _FORCE),
-    "kN": _unit("1e3", _FORCE),
-    "MN": _unit("1e6", _FORCE),
-    "GN": _unit("1e9", _FORCE),
-    "J": _unit("1", _ENERGY),
-    "kJ": _unit("1e3", _ENERGY),
-    "W": _unit("1", _POWER),
-    "kW": _unit("1e3", _POWER),
-    "Pa": _unit("1", _PRESSURE),
-    "kPa": _unit("1e3", _PRESSURE),
-    "MPa": _unit("1e6", _PRESSURE),
-    "GPa": _unit("1e9", _PRESSURE),
+# Symbols with their scales. The micro sign is written in two ways, U+00B5 and the Greek letter U+03BC.
+_SCALES = {
+    _LENGTH: "m 1 mm 1e-3 um 1e-6 km 1e3 dm 0.1 cm 0.01 \u00b5m 1e-6 \u03bcm 1e-6 nm 1e-9 in 0.0254",
+    _MASS: "kg 1 g 1e-3 mg 1e-6 t 1e3",
+    _TIME: "s 1 ms 1e-3 us 1e-6 \u00b5s 1e-6 \u03bcs 1e-6 min 60 h 3600",
+    _ONE: "rad 1 mrad 1e-3 deg 1 \u00b0 1 % 0.01",
+    _dimension(time=-1): "rpm 1",
+    _FORCE: "N 1 mN 1e-3 kN 1e3 MN 1e6 GN 1e9",
+    _ENERGY: "J 1 kJ 1e3",
+    _POWER: "W 1 kW 1e3",
+    _PRESSURE: "Pa 1 kPa 1e3 MPa 1e6 GPa 1e9",
+}
+_ANGULAR = {"deg": "deg", "\u00b0": "deg", "rpm": "rpm"}
+UNITS = {
+    symbol: Unit(Fraction(Decimal(scale)), dimension, _ANGULAR.get(symbol, ""))
+    for dimension, text in _SCALES.items()
+    for symbol, scale in zip(text.split()[::2], text.split()[1::2], strict=True)
 }
 """Symbols of units that a scene file may use, alone or as in ``"N m/rad"`` and ``"kg m2"``."""
 

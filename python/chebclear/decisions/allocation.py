@@ -114,11 +114,8 @@ class Allocation(WithNotices, html.Reported, Named[Tolerance]):
     notices: tuple[Notice, ...] = ()
 
     @property
-    def _names(self) -> tuple[str, ...]:
-        return tuple(self.tolerances)
-
-    def _entry(self, name: str) -> Tolerance:
-        return self.tolerances[name]
+    def _by_name(self) -> dict[str, Tolerance]:
+        return self.tolerances
 
     @property
     def cost_before(self) -> float:

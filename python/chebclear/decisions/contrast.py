@@ -178,11 +178,10 @@ class Contrast(WithNotices, html.Reported, Named["Difference | ShareDifference"]
     notices: tuple[Notice, ...] = ()
 
     @property
-    def _names(self) -> tuple[str, ...]:
-        return (*self.requirements, *self.features)
-
-    def _entry(self, name: str) -> Difference | ShareDifference:
-        return self.requirements.get(name) or self.features[name]
+    def _by_name(self) -> dict[str, Difference | ShareDifference]:
+        # Requirements come first, and before features of the same name.
+        first: dict[str, Difference | ShareDifference] = dict(self.requirements)
+        return first | self.features | first
 
     @property
     def table(self) -> Table:

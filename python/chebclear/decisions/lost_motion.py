@@ -78,11 +78,8 @@ class LostMotion(Named[Array]):
         return np.sum(list(self.shares.values()), axis=0)
 
     @property
-    def _names(self) -> tuple[str, ...]:
-        return tuple(self.shares)
-
-    def _entry(self, name: str) -> Array:
-        return self.shares[name]
+    def _by_name(self) -> dict[str, Array]:
+        return self.shares
 
     def __repr__(self) -> str:
         return f"<LostMotion of {self.at} by {listed(self._names, most=4)}: {self}>"

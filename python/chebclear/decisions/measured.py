@@ -20,7 +20,7 @@ from ..base.prefixes import format_range
 from ..base.rows import Array
 from ..base.shown import Shown, listed
 from ..base.units import UnitError, convert, is_quantity, si_unit, unit
-from ..errors import ArgumentError, UnknownNameError
+from ..errors import ArgumentError
 from ..scene.columns import column_unit
 from ..study.band.band import Band
 from ..study.band.margin import percent
@@ -89,13 +89,8 @@ class Measured(records.ArrayRecord, Named[Array]):
         super().__post_init__()
 
     @property
-    def _names(self) -> tuple[str, ...]:
-        return tuple(self.columns)
-
-    def _entry(self, name: str) -> Array:
-        if name not in self.columns:
-            raise UnknownNameError(f'no measured column "{name}"{meant_or_known(name, self.columns)}')
-        return self.columns[name]
+    def _by_name(self) -> dict[str, Array]:
+        return self.columns
 
     def __repr__(self) -> str:
         axes = " and ".join(name for name in ("t", "angle") if getattr(self, name) is not None)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar, TypeAlias
+from typing import ClassVar, TypeAlias, get_args
 
 from ..base.units import unit
 from .forces import Loaded
@@ -422,16 +422,6 @@ class GuideFriction(Part):
     half_length: float = field(metadata=unit("m"))
 
 
-CONTACT_LAWS = (
-    LankaraniNikravesh,
-    Flores,
-    ExactRestitution,
-    HuntCrossley,
-    KelvinVoigt,
-    Impact,
-    Hertz,
-    ContactFormula,
-)
 ContactLaw: TypeAlias = (
     LankaraniNikravesh
     | Flores
@@ -442,6 +432,7 @@ ContactLaw: TypeAlias = (
     | Hertz
     | ContactFormula
 )
-FRICTION_LAWS = (ModifiedCoulomb, SmoothedCoulomb, StickSlip, FrictionFormula)
+CONTACT_LAWS: tuple[type[Part], ...] = get_args(ContactLaw)
 FrictionLaw: TypeAlias = ModifiedCoulomb | SmoothedCoulomb | StickSlip | FrictionFormula
+FRICTION_LAWS: tuple[type[Part], ...] = get_args(FrictionLaw)
 Film: TypeAlias = ShortBearing | FiniteBearing

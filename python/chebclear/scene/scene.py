@@ -18,7 +18,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
 from ..base.arguments import Checks
 from ..base.quantities import Interval as Interval, rpm as rpm
@@ -128,10 +128,10 @@ class Scene(Part):
 
     _choices: ClassVar = {
         "bodies": (Body,),
-        "joints": (Revolute, Prismatic, Fixed, ClearanceRevolute, ClearancePrismatic, PinInSlot, Stop),
-        "forces": (Gravity, Spring, Damper, Bushing, TorsionSpring, TorsionDamper, Force, Torque),
-        "drives": (Speed, Motion),
-        "start": (JointStart, BodyStart, ClearanceStart, GuideStart),
+        "joints": get_args(Joint),
+        "forces": get_args(AnyForce),
+        "drives": get_args(Drive),
+        "start": get_args(Start),
         "couplings": (Coupling,),
     }
 

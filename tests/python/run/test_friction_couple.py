@@ -5,6 +5,7 @@ from pathlib import Path
 import chebclear as cc
 import numpy as np
 import pytest
+from momenta import momenta
 
 LAWS = Path(__file__).parents[3] / "docs" / "laws.md"
 RADIUS = 0.02
@@ -33,10 +34,7 @@ def free_pair(stiffness):
 @pytest.mark.parametrize("stiffness", [1e10, 1e7, 4e5])
 def test_a_free_pair_drifts_by_exactly_the_couple_of_friction(stiffness):
     run = cc.simulate(free_pair(stiffness), duration=0.012, samples=8001, rtol=1e-9)
-    momentum = np.zeros(run.t.size)
-    for name, (mass, inertia) in BODIES.items():
-        x, y, vx, vy, rate = (run[f"{name}.{what}"] for what in ("x", "y", "vx", "vy", "angular_velocity"))
-        momentum += mass * (x * vy - y * vx) + inertia * rate
+    momentum = momenta(run)[2]
     depth, force = np.maximum(run["pin.penetration"], 0.0), run["pin.friction_force"]
 
     def integral(moment):
