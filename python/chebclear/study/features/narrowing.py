@@ -29,6 +29,8 @@ Rows = NDArray[np.intp]
 
 # Points of the box at which polynomials of resampled sets are evaluated.
 _POINTS = 2048
+# So many of them at a time fit into the cache of a processor with all their neighbors and replicates.
+_AT_A_TIME = 64
 # Draws of scatter for the estimate itself.
 _DRAWS = 2**15
 # So many times as many points for the estimate itself, and the error of the relative width with them: at most
@@ -124,9 +126,13 @@ class _Scatter(NamedTuple):
 
     def chosen(self, among: Rows) -> Rows:
         """Which of the runs a point gets in each of the resampled sets, shape (points, replicates)."""
-        # Who comes first, at rates that are the weights, is drawn by the weights.
-        weighted = np.argmin(self.waits / self.weights[among], axis=1)
-        return np.asarray(np.take_along_axis(among, weighted, axis=1))
+        # Who comes first, at rates that are the weights, is drawn by the weights; a few points at a time.
+        found = np.empty((len(among), self.weights.shape[1]), dtype=among.dtype)
+        for first in range(0, len(among), _AT_A_TIME):
+            part = slice(first, first + _AT_A_TIME)
+            weighted = np.argmin(self.waits[part] / self.weights[among[part]], axis=1)
+            found[part] = np.take_along_axis(among[part], weighted, axis=1)
+        return found
 
 
 def _narrowed(model: Model, points: Array, nominal: Array, seed: int) -> tuple[Array, Array]:
@@ -160,7 +166,7 @@ def _narrowed(model: Model, points: Array, nominal: Array, seed: int) -> tuple[A
         waits=random.standard_exponential(size=(_POINTS, near, REPLICATES), dtype=np.float32),
     )
     # Where all runs are alike, the same ones for every box.
-    anywhere = None if uneven else scatter.chosen(random.integers(runs, size=(_POINTS, near)))
+    anywhere = np.empty(0, int) if uneven else scatter.chosen(random.integers(runs, size=(_POINTS, near)))
     own_cycles = random.integers(model.left.shape[1], size=(count, _DRAWS // count))
     cycles = random.integers(model.left.shape[1], size=(_POINTS, REPLICATES))
 
@@ -175,29 +181,27 @@ def _narrowed(model: Model, points: Array, nominal: Array, seed: int) -> tuple[A
         found = left[chosen, cycle]
         return found if size_at is None else found * size_at(at)[:, None]
 
-    def own_values(at: Array) -> Array:
-        """Values of the estimate, shape (points, draws)."""
-        parts = []
-        for first in range(0, len(at), _POINTS):
-            part = slice(first, first + _POINTS)
-            chosen = scatter.drawn[part]
-            if uneven:
-                chosen = np.take_along_axis(nearest(at[part]), chosen, axis=1)
-            polynomial = legendre_terms(at[part], model.fit.powers) @ model.terms
-            parts.append(polynomial[:, None] + left_at(at[part], chosen, own_cycles[part]))
-        return np.concatenate(parts)
+    def values_at(at: Array) -> tuple[Array, Array]:
+        """Values of the estimate, shape (points, draws), and those of the resampled sets at the first of the
+        points, shape (points, replicates)."""
+        among = nearest(at) if uneven else None
+        parts, first = [], np.empty(0)
+        for start in range(0, len(at), _POINTS):
+            part = slice(start, start + _POINTS)
+            basis = legendre_terms(at[part], model.fit.powers)
+            drawn = scatter.drawn[part]
+            chosen = drawn if among is None else np.take_along_axis(among, drawn, axis=1)
+            parts.append((basis @ model.terms)[:, None] + left_at(at[part], chosen, own_cycles[part]))
+            if start == 0:
+                chosen = anywhere if among is None else scatter.chosen(among)
+                first = basis @ again + left_at(at[part], chosen, cycles) * model.scale
+        return np.concatenate(parts), first
 
-    def again_values(at: Array) -> Array:
-        """Those of the resampled sets, shape (points, replicates)."""
-        chosen = scatter.chosen(nearest(at)) if anywhere is None else anywhere
-        basis = legendre_terms(at, model.fit.powers)
-        return np.asarray(basis @ again + left_at(at, chosen, cycles) * model.scale)
-
-    return _compared(own_values, again_values, even_points(count, parameters), nominal)
+    return _compared(values_at, even_points(count, parameters), nominal)
 
 
 def _compared(
-    own_values: Callable[[Array], Array], again_values: Callable[[Array], Array], box: Array, nominal: Array
+    values_at: Callable[[Array], tuple[Array, Array]], box: Array, nominal: Array
 ) -> tuple[Array, Array]:
     """The narrowing of values over the box with each parameter halved, and that of the resampled sets.
 
@@ -207,9 +211,9 @@ def _compared(
     narrowing, resampled = np.zeros(parameters), np.zeros((parameters, REPLICATES))
 
     def widths(at: Array) -> tuple[float, float, Array]:
-        values = own_values(at)
+        values, again = values_at(at)
         of_all, of_first = (float(np.ptp(np.quantile(some, _ENDS))) for some in (values, values[:_POINTS]))
-        return of_all, of_first, np.ptp(np.quantile(again_values(at[:_POINTS]), _ENDS, axis=0), axis=0)
+        return of_all, of_first, np.ptp(np.quantile(again, _ENDS, axis=0), axis=0)
 
     whole, whole_of_first, wholes = widths(box)
     if min(whole, whole_of_first) > 0.0:
