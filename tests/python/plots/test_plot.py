@@ -8,7 +8,6 @@ import chebclear as cc
 import matplotlib as mpl
 import numpy as np
 import pytest
-from chebclear.base import tables
 from chebclear.plots import bands as band_plots, runs as run_plots, spectra
 from chebclear.scene.columns import column_unit
 from matplotlib.axes import Axes
@@ -256,33 +255,3 @@ class TestShortTimeSpectrum:
         t = np.linspace(0.0, 0.06, 7201)
         with pytest.raises(ValueError, match="must"):
             spectra.short_time_spectrum(t, t, window=window, overlap=overlap)
-
-
-class TestReport:
-    @pytest.mark.parametrize(
-        ("value", "digits", "expected"),
-        [
-            (0.07803, 3, "0.0780"),
-            (14.23, 4, "14.23"),
-            (9.999, 2, "10"),
-            (123456.0, 3, "123456"),
-            (1.5e7, 3, "1.50e+07"),
-            (-3.0e-7, 3, "-3.00e-07"),
-            (0.0, 3, "0"),
-            (float("nan"), 3, "-"),
-            (float("inf"), 3, "inf"),
-        ],
-    )
-    def test_format_number(self, value, digits, expected):
-        assert tables.format_number(value, digits) == expected
-
-    def test_markdown_table(self):
-        table = tables.markdown_table(["name", "a|b"], [["x", "1"], ["longer", "2.5"]])
-        assert table.splitlines() == [
-            "| name   | a\\|b |",
-            "| ------ | ---: |",
-            "| x      |    1 |",
-            "| longer |  2.5 |",
-        ]
-        with pytest.raises(ValueError):
-            tables.markdown_table(["a", "b"], [["only one"]])
