@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -101,6 +102,7 @@ def finish(
         print(text, end="\n\n")
     if options.out is not None:
         print(f"wrote    {options.out / 'report.html'} and more beside it")
+    print(f"took     {time.monotonic() - options.started:.1f} s in all")
     if poor:
         print(f"not {require}: {', '.join(poor)}")
         return EXIT_NOT_MET

@@ -11,6 +11,7 @@ import argparse
 import os
 import shlex
 import sys
+import time
 import traceback
 from collections.abc import Sequence
 from importlib import import_module
@@ -76,12 +77,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(given: Sequence[str]) -> int:
     """Run the command that the words name; the exit code."""
-    options = None
+    options, started = None, time.monotonic()
     try:
         try:
             with terminable():
                 # The name of a command comes first, and no other one is imported.
-                options = parser(given[:1]).parse_args(given)
+                options = parser(given[:1]).parse_args(given, argparse.Namespace(started=started))
                 with plain_warnings(options.quiet):
                     return int(options.run(options))
         finally:

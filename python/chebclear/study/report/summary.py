@@ -102,7 +102,7 @@ def _head(result: StudyResult) -> str:
     text = f"{how}: {sides} parameter{'s' if sides > 1 else ''}, {runs} runs and the nominal one"
     if result.settings is not None:
         text += f", rtol {result.settings.rtol:g}"
-    return text if math.isnan(result.seconds) else f"{text}, {result.seconds:.2g} s"
+    return text if math.isnan(result.seconds) else f"{text}, {result.seconds:.2g} s of runs"
 
 
 def _row(result: StudyResult, band: Band) -> list[str]:
