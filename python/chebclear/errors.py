@@ -80,11 +80,18 @@ class ChebclearError(Exception):
 
 
 class ArgumentError(ChebclearError, ValueError):
-    """An argument that a function does not accept, as opposed to a wrong scene or a run that fails."""
+    """An argument that a function does not accept, as opposed to a wrong scene or a run that fails.
+
+    `problems` has the name of each wrong argument and what is wrong with it, if they were checked together.
+    """
+
+    problems: tuple[Problem, ...] = ()
 
 
 class ArgumentTypeError(ChebclearError, TypeError):
-    """An argument of a wrong type."""
+    """An argument of a wrong type; `problems` as of `ArgumentError`."""
+
+    problems: tuple[Problem, ...] = ()
 
 
 class UnknownNameError(ChebclearError, KeyError):

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.random import Generator, default_rng
 
-from ..errors import ArgumentError, ArgumentTypeError, InputError, is_plain
+from ..errors import ArgumentError, ArgumentTypeError, InputError, Problem, is_plain
 
 _LONGEST_NAME = 100
 MOST_SEED = 2**64 - 1
@@ -221,4 +221,6 @@ class Checks:
         if self._error is not None:
             raise self._error(self._problems)
         kind = ArgumentTypeError if self._wrong_types == len(self._problems) else ArgumentError
-        raise kind("\n".join(f"{name} {message}" for name, message in self._problems))
+        error = kind("\n".join(f"{name} {message}" for name, message in self._problems))
+        error.problems = tuple(Problem(*one) for one in self._problems)
+        raise error
