@@ -28,9 +28,10 @@ import chebclear as cc
 import numpy as np
 from chebclear import Interval, mechanisms
 from chebclear.study.band.band import Band
-from chebclear.study.band.calibrated import Requirement, calibrated_bands
-from chebclear.study.band.independent import mean_share
+from chebclear.study.band.calibrated import calibrated_bands
+from chebclear.study.band.requirement import Requirement, mean_share
 from chebclear.study.polynomials.points import random_points
+from chebclear.study.sources.run_table import RunTable
 
 SAMPLES = 721
 REFERENCE, FRESH = 4000, 1000
@@ -291,9 +292,8 @@ class Design:
         values = np.ascontiguousarray(np.concatenate([self.values[:runs], self.values[-1:]]))
         limits = {output: tuple(ends) for output, ends in zip(self.outputs, self.limits, strict=True)}
         requirement = Requirement(coverage, runs, 0, limits)
-        return calibrated_bands(
-            self.t, self.outputs, values, PROBLEMS[name][1], self.points[:runs], requirement
-        )
+        table = RunTable(self.points[:runs], np.arange(runs), self.t, tuple(self.outputs), values)
+        return calibrated_bands(table, PROBLEMS[name][1], requirement)
 
 
 def of_designs(designs: list[Design]) -> dict[str, Any]:

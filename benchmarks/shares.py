@@ -17,7 +17,7 @@ from collections.abc import Callable
 import numpy as np
 from chebclear import _core
 from chebclear.errors import ArgumentError
-from chebclear.study.features.effects import find_effects
+from chebclear.study.features.effects import find_effects, model_of
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -116,7 +116,8 @@ def held(function: Callable[[Array], Array], truth: Array, runs: int, seed: int)
     points = _core.sobol_points(len(truth), 0, runs, seed)
     try:
         effects = find_effects(
-            [f"x{number}" for number in range(len(truth))], points, function(0.5 * (points + 1.0))[:, None]
+            [f"x{number}" for number in range(len(truth))],
+            model_of(points, function(0.5 * (points + 1.0))[:, None]),
         )
     except ArgumentError:
         return None

@@ -158,7 +158,7 @@ def _axis(checks: Checks, source: Study | StudyResult, wanted: list[str]) -> tup
     else:
         nominal = np.array([[side.nominal for side in source.intervals.values()]])
         run = made_at(source.runner, nominal)
-        t, known, units = run.t, run.outputs, source.runner.units
+        t, known, units = run.t, run.outputs, dict(source.runner.units)
     for name in wanted:
         if name not in known:
             checks.add_at(name, f"is no output of the model{meant_or_known(name, known)}")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.progress import Progress
-from ..errors import ChebclearError, error_text
+from ..errors import ChebclearError
 from ..run.notices import Notice
 from ..run.settings import Settings
 from ..scene.structure import FlatScene
@@ -22,9 +22,6 @@ from .pieces import BRANCH, DONE, End, Order, Piece, code_version
 from .store import Store, run_key
 
 Array = NDArray[np.float64]
-
-WORKER_LOST = "worker_lost"
-"""Reason of a run whose worker ended in every attempt."""
 
 # Notices of one run of `build` that keep their order before those of the simulation.
 _MOST_BUILT = 1_000_000
@@ -95,9 +92,9 @@ class Batch(Source):
         runs: list[int] = []
         scenes: list[FlatScene] = []
         count = min(count, max(1, _MOST_BYTES // max(1, self.values[:1].nbytes)))
-        while len(runs) < count and self._taken < self.total:
-            numbers = self._numbers[self._taken : self._taken + count - len(runs)]
-            self._taken += len(numbers)
+        while len(runs) < count and self.taken < self.total:
+            numbers = self._numbers[self.taken : self.taken + count - len(runs)]
+            self.taken += len(numbers)
             for number, built in zip(numbers, self._build(numbers), strict=True):
                 if isinstance(built, End):
                     self.end(number, built)
@@ -105,9 +102,9 @@ class Batch(Source):
                     continue
                 if built.notices:
                     self.notices.add(number, built.notices)
-                if self._store is not None:
+                if self.store is not None:
                     key = run_key(built.flat, self._settings)
-                    if key in self._store:
+                    if key in self.store:
                         self._kept.append((number, key))
                         continue
                     self._keys[number] = key
@@ -121,8 +118,8 @@ class Batch(Source):
         return self._task(runs, scenes)
 
     def keep(self, task: Task, piece: Piece) -> None:
-        if self._store is not None and not task.kept:
-            self._store.write([self._keys.pop(number) for number in task.runs], piece)
+        if self.store is not None and not task.kept:
+            self.store.write([self._keys.pop(number) for number in task.runs], piece)
             task.kept = True
 
     def place(self, task: Task, piece: Piece) -> None:
@@ -135,15 +132,9 @@ class Batch(Source):
         self.fill(task.runs, piece, placed=piece.values is task.into)
         self.done += len(task.runs)
 
-    def lost(self, runs: Sequence[int], error: BaseException) -> None:
-        end = End(WORKER_LOST, f"its worker was lost whenever it was tried: {error_text(error)}")
-        for number in runs:
-            self._keys.pop(number, None)
-            self.end(number, end)
-        self.done += len(runs)
-
     def end(self, number: int, end: End) -> None:
         super().end(number, end)
+        self._keys.pop(number, None)
         self.values[number] = np.nan
 
     def _task(self, runs: Sequence[int], scenes: Sequence[FlatScene]) -> Task:

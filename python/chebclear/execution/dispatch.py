@@ -25,7 +25,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from ..base.progress import Progress
-from ..errors import ChebclearError
+from ..errors import ChebclearError, error_text
 from .calls import Answers, Calls, call_order
 from .memory import threads_started
 from .pieces import DONE, NOT_BEGUN, End, Order, Piece, simulate_order
@@ -48,6 +48,8 @@ _LAST_WAIT = 1.0
 _UNKNOWN_WORKERS = 16
 # Number of times a piece is sent again after its worker was lost; the last time its runs are sent one by one.
 _RESENT = 2
+WORKER_LOST = "worker_lost"
+"""Reason of a run whose worker ended in every attempt."""
 # What executors raise when a worker ends before its piece does, besides `BrokenExecutor`.
 _LOST = frozenset({"KilledWorker", "WorkerCrashedError", "CommClosedError", "WorkerLost", "NodeDiedError"})
 
@@ -55,13 +57,14 @@ _LOST = frozenset({"KilledWorker", "WorkerCrashedError", "CommClosedError", "Wor
 class Source:
     """The runs of a study: pieces of them for workers, and where their results go.
 
-    A class says what a piece is (`take`, `again`) and what becomes of it (`place`, `lost`, `fill`).
+    A class says what a piece is (`take`, `again`) and what becomes of it (`place`, `fill`).
     """
 
     def __init__(self, numbers: Sequence[int], store: Store | None) -> None:
         self._numbers = numbers
-        self._store = store
-        self._taken = 0
+        self.store = store
+        self.taken = 0
+        """Runs that were sent or found in the store."""
         self._kept: list[tuple[int, bytes]] = []  # runs that the store has
         self.total = len(numbers)
         self.done = 0
@@ -85,7 +88,10 @@ class Source:
 
     def lost(self, runs: Sequence[int], error: BaseException) -> None:
         """Record runs whose worker ended in every attempt."""
-        raise NotImplementedError
+        end = End(WORKER_LOST, f"its worker was lost whenever it was tried: {error_text(error)}")
+        for number in runs:
+            self.end(number, end)
+        self.done += len(runs)
 
     def fill(self, numbers: Sequence[int], piece: Piece) -> None:
         """Take runs from the store."""
@@ -94,16 +100,6 @@ class Source:
     def end(self, number: int, end: End) -> None:
         """Record the end of a run without values."""
         self.ends[number] = end
-
-    @property
-    def keeps(self) -> bool:
-        """Whether runs go to a store: no worker then begins a piece before its last one is safe."""
-        return self._store is not None
-
-    @property
-    def left(self) -> int:
-        """Runs not yet taken."""
-        return self.total - self._taken
 
     def failed(self) -> dict[int, End]:
         """The ends of the runs that failed, by their numbers."""
@@ -116,14 +112,14 @@ class Source:
         """
         with workers.ready():
             _Dispatcher(self, workers, report, max_seconds).run()
-        for number in self._numbers[self._taken :]:
+        for number in self._numbers[self.taken :]:
             self.end(number, End(NOT_BEGUN, f"there was no time for it within {max_seconds:g} s"))
 
     def read_kept(self, report: Progress | None) -> None:
         """Take from the store the runs that it has."""
-        if self._store is None:
+        if self.store is None:
             return
-        for numbers, piece in self._store.read(self._kept):
+        for numbers, piece in self.store.read(self._kept):
             self.fill(numbers, piece)
             self.done += len(numbers)
             if report is not None:
@@ -246,7 +242,8 @@ class _Dispatcher:
         elapsed = time.monotonic() - self.begin
         wanted = min(max(self.workers.seconds, elapsed / _GROWTH), _MOST_SECONDS, self.most / _PARTS)
         size = int(wanted / max(self.seconds / self.runs, 1e-9))
-        share = -(-self.source.left // (_PARTS * self.workers.count))
+        left = self.source.total - self.source.taken
+        share = -(-left // (_PARTS * self.workers.count))
         return max(1, min(size, share))
 
     def _tell(self) -> None:
@@ -340,7 +337,8 @@ class ExecutorWorkers(Workers):
     seconds = _SECONDS_SENT
 
     def __init__(self, executor: Executor, source: Source) -> None:
-        self.queued = 1 if source.keeps else _QUEUED
+        # With a store no worker begins a piece before its last one is safe.
+        self.queued = _QUEUED if source.store is None else 1
         self._executor = executor
         self._own: list[Executor] = []
         self._folder = TemporaryDirectory(prefix="chebclear-", ignore_cleanup_errors=True)

@@ -145,12 +145,6 @@ def set_apart(names: Sequence[str], these: Array, others: Array) -> str:
 
     The range of a parameter is named if more than half of the other runs are outside of it; of more than two
     such parameters, those with the most outside. Both arrays have a row for each run.
-
-    Examples
-    --------
-    >>> box = np.array([[1.0, 5.0], [2.0, 8.0], [3.0, 5.0], [4.0, 8.0]])
-    >>> set_apart(["rod", "crank"], box[2:], box[:2])
-    ', with rod from 3 to 4'
     """
     if not len(these) or not len(others):
         return ""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from ..base.arguments import Checks
@@ -37,31 +37,22 @@ class ExecutionOptions:
     """Part of the runs that may fail [-]. With more, the error is in what they have in common; 1 for points
     that are judged one by one."""
 
-
-def checked_options(
-    checks: Checks,
-    threads: int | None,
-    executor: Executor | None,
-    store: str | os.PathLike[str] | None,
-    on_failure: OnFailure,
-    run_seconds: float | None,
-    max_seconds: float | None,
-    in_memory: bool,
-) -> ExecutionOptions:
-    """ExecutionOptions from the arguments of the user; problems are added to `checks`."""
-    if threads is not None:
-        threads = checks.whole("threads", threads, least=1, most=MOST_THREADS)
-    if executor is not None and not callable(getattr(executor, "submit", None)):
-        checks.add(f"executor must have a method submit, got {executor!r}", wrong_type=True)
-    checks.word("on_failure", on_failure, ("collect", "raise"))
-    if run_seconds is not None:
-        run_seconds = checks.real("run_seconds", run_seconds, "s", above=0.0)
-    if max_seconds is not None:
-        max_seconds = checks.real("max_seconds", max_seconds, "s", above=0.0)
-    if store is not None and not isinstance(store, str | os.PathLike):
-        checks.add(f"store must be the path of a folder, got {store!r}", wrong_type=True)
-    if not isinstance(in_memory, bool):
-        checks.add(f"in_memory must be True or False, got {in_memory!r}", wrong_type=True)
-    elif not in_memory and store is None:
-        checks.add("in_memory may only be False with a store, in whose folder the samples then are")
-    return ExecutionOptions(threads, executor, store, on_failure, run_seconds, max_seconds, in_memory is True)
+    def checked(self, checks: Checks) -> ExecutionOptions:
+        """The same with plain numbers; problems are added to `checks`."""
+        threads, run_seconds, max_seconds = self.threads, self.run_seconds, self.max_seconds
+        if threads is not None:
+            threads = checks.whole("threads", threads, least=1, most=MOST_THREADS)
+        if self.executor is not None and not callable(getattr(self.executor, "submit", None)):
+            checks.add(f"executor must have a method submit, got {self.executor!r}", wrong_type=True)
+        checks.word("on_failure", self.on_failure, ("collect", "raise"))
+        if run_seconds is not None:
+            run_seconds = checks.real("run_seconds", run_seconds, "s", above=0.0)
+        if max_seconds is not None:
+            max_seconds = checks.real("max_seconds", max_seconds, "s", above=0.0)
+        if self.store is not None and not isinstance(self.store, str | os.PathLike):
+            checks.add(f"store must be the path of a folder, got {self.store!r}", wrong_type=True)
+        if not isinstance(self.in_memory, bool):
+            checks.add(f"in_memory must be True or False, got {self.in_memory!r}", wrong_type=True)
+        elif not self.in_memory and self.store is None:
+            checks.add("in_memory may only be False with a store, in whose folder the samples then are")
+        return replace(self, threads=threads, run_seconds=run_seconds, max_seconds=max_seconds)

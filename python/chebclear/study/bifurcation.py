@@ -80,8 +80,7 @@ class Bifurcation(Exports, records.Saved, kind="bifurcation"):
         return html.fragment(repr(self)[1:-1], [Table(f"{self.output} once per period", head, rows)])
 
     def points(self, tolerance: float) -> NDArray[np.int64]:
-        """Number of distinct points of each value of the parameter: of a periodic motion, its length in
-        periods.
+        """Number of distinct points of each value of the parameter: of a periodic motion, its length.
 
         Parameters
         ----------
@@ -92,11 +91,6 @@ class Bifurcation(Exports, records.Saved, kind="bifurcation"):
         -------
         ndarray of int, shape (values,)
             0 where the run failed.
-
-        Raises
-        ------
-        ValueError, TypeError
-            If the tolerance is not a number above 0.
         """
         checks = Checks()
         gap = checks.real("tolerance", tolerance, column_unit(self.output), above=0.0)

@@ -60,7 +60,7 @@ def turning(
     checks.finish()
     if revolutions <= discard:
         checks.add(f"revolutions must be > discard, got {revolutions} and {discard}")
-    nominal = {name: side.nominal for name, side in study.intervals.items()}
+    nominal = study.nominal
     scene = study.scene(nominal)
     crank = crank_of(checks, scene, joint)
     checks.finish()

@@ -104,12 +104,7 @@ class Comparison(files.Saved, Named[BoundErrors], Exports, kind="comparison"):
         return "\n".join(shortened(str(self).splitlines()))
 
     def dataset(self) -> Dataset:
-        """The fields of `BoundErrors`, a row for each output; see `Exports`.
-
-        Returns
-        -------
-        Dataset
-        """
+        """The fields of `BoundErrors`, a row for each output; see `Exports`."""
         columns = {"output": list(self.errors)}
         columns |= {name: [getattr(row, name) for row in self.errors.values()] for name in _FIELDS}
         data = numbered("row", columns, dict.fromkeys(("lower", "upper", "slack", "largest"), "-"))

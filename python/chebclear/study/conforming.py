@@ -22,18 +22,18 @@ from ..run.settings import Settings
 from ..run.signals.resampling import at_angle
 from ..scene.columns import column_unit
 from ..scene.distributions import Uniform
-from . import sampled
+from . import designs
 from .by_angle import LEAST_STEPS, crank_of, drives_of
 from .designs import Design, carried_out
-from .features.features import FeatureSpec, outputs_of, tracked_features
 from .requirements.conformance import Conformance, Share, share_of
 from .requirements.draws import check_drawn, drawn, places
 from .requirements.exact import looks
 from .requirements.specification import ALL, Specification, checked_specifications
 from .results import StudyResult
 from .runner import Runner
+from .sources.asked import FeatureSpec, outputs_of, tracked_features
 from .sources.finished import FinishedRuns
-from .sources.run_table import RunTable, runs_of
+from .sources.run_table import RunTable
 from .sources.scenes import MOST_RUNS
 from .sources.units import units_of
 from .spec import declared_order
@@ -159,7 +159,7 @@ def conformance(
 
 def shares_of(
     runner: Runner,
-    asked: dict[str, Specification],
+    asked: Mapping[str, Specification],
     runs: int,
     confidence: float,
     seed: int,
@@ -210,23 +210,22 @@ def shares_of(
     return Conformance(shares, parameters, tuple(runner.parameters), seed, tuple(notices.values()))
 
 
-def answered(runner: Runner, make: Callable[..., Design], *how: Any, own: bool = False) -> StudyResult:
-    """The result of a method, with the shares of the requirements of the study.
+def answered(runner: Runner, make: Callable[..., Design], *how: Any, own: bool) -> StudyResult:
+    """The result of the design ``make(runner, *how)``, with the shares of the requirements of the study.
 
     They are those of its runs if these are draws from the distributions, which the method may draw if they
-    are its `own`; else of as many other mechanisms. The design is ``make(runner, *how)``.
+    are its `own`; else of as many other mechanisms.
     """
-    asked = runner.requirements
     # Independent points of the box are draws from uniform distributions; an instant is among all samples.
     uniform = all(isinstance(one, Uniform) for one in runner.parameters.values())
-    own = own and bool(asked) and uniform and all(one.at is None for one in asked.values())
+    own = own and uniform and all(one.at is None for one in runner.requirements.values())
     following = _following(runner) if own else runner
     design = make(following, *how)
-    own, shares = own and design.independent, None
-    if asked and not own:
-        shares = _of_others(runner, design.settings, len(design.points), design.seed)
-    result = carried_out(following, design)
-    return _with(result, _of_runs(runner, result) if own else shares)
+    if own and design.independent:
+        result = carried_out(following, design)
+        return _with(result, _of_runs(runner, result))
+    shares = _of_others(runner, design.settings, len(design.points), design.seed)
+    return _with(carried_out(following, design), shares)
 
 
 def extended(
@@ -234,7 +233,7 @@ def extended(
 ) -> StudyResult:
     """The result of `StudyResult.extend` with the shares of all runs."""
     own = result.conformance is not None and result.conformance.seed is None
-    more = sampled.extended(_following(runner) if own else runner, result, runs, include)
+    more = designs.extended(_following(runner) if own else runner, result, runs, include)
     requirement = more.requirement
     assert requirement is not None, "only results of band can be extended"
     if own and len(more.parameters) == requirement.runs:  # without included ones
@@ -264,7 +263,7 @@ def _of_runs(runner: Runner, result: StudyResult) -> Conformance:
     """Shares of the mechanisms of a result, which were drawn from the distributions."""
     watched = watching_for(runner, runner.requirements)[1]
     outputs = [one.quantity for one in runner.requirements.values() if one.quantity in result.bands]
-    runs = runs_of(result, outputs)[: len(result.parameters)]
+    runs = result.run_table(outputs)[: len(result.parameters)]
     count = len(result.parameters) + count_failed(result.failures)
     extremes = [
         extremes_of(runs, name, one, watched[name], count) for name, one in runner.requirements.items()
@@ -274,10 +273,8 @@ def _of_runs(runner: Runner, result: StudyResult) -> Conformance:
     return Conformance(shares, result.parameters, result.parameter_names, None)
 
 
-def _with(result: StudyResult, shares: Conformance | None) -> StudyResult:
+def _with(result: StudyResult, shares: Conformance) -> StudyResult:
     """The result with shares, and with what else is to be said of these."""
-    if shares is None:
-        return result
     known = {(one.code, one.about) for one in result.notices}
     more = [one for one in shares.notices if (one.code, one.about) not in known]
     return replace(result, conformance=shares, notices=(*result.notices, *more))
@@ -292,14 +289,14 @@ def _is_enough(shares: dict[str, Share], failures: int | None, width: float | No
     )
 
 
-def watching_for(runner: Runner, asked: dict[str, Specification]) -> tuple[Runner, dict[str, Watched]]:
+def watching_for(runner: Runner, asked: Mapping[str, Specification]) -> tuple[Runner, dict[str, Watched]]:
     """The runner with the features that the specifications need, and what each takes from a run."""
     checks = Checks()
     features: dict[str, FeatureSpec] = dict(runner.features)
     settings = runner.settings
     columns: list[str] = []
     if settings is not None:
-        nominal_scene = runner.scene({name: side.nominal for name, side in runner.intervals.items()})
+        nominal_scene = runner.scene(runner.nominal)
         facts = nominal_scene.check()
         columns = [*facts.columns, *facts.further_columns]
     watched: dict[str, Watched] = {}

@@ -1,4 +1,4 @@
-"""Where a study simulates and what that costs: the points of each method, and the result of their runs."""
+"""Where a study simulates and what that costs: the points of each method, and the time of their runs."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import math
 import os
 import time
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.random import Generator
@@ -17,15 +18,16 @@ from ..base.arguments import Checks
 from ..errors import ArgumentError
 from ..execution.counts import Costs
 from ..execution.dispatch import worker_count
-from ..execution.failures import count_failed
-from ..execution.memory import Usage, study_memory, taken
+from ..execution.failures import FAILED, STOPPED, count_failed, failure_notices
+from ..execution.memory import Usage, room, study_memory, taken
+from ..execution.pieces import NOT_BEGUN
 from ..execution.plan import Plan, seconds_of
-from ..run.settings import Settings
-from ..scene.distributions import Uniform
-from .band.notices import doubts, early_widths, told_holes
-from .band.worst import WorstCase, predicted_extremes
-from .features.features import NO_FEATURES, FeatureTable
-from .polynomials.holes import fit_holes
+from ..run.notices import Notice
+from ..run.settings import Settings, checked_settings
+from .answers import LEAST_RUNS, joined, of_band, of_grid
+from .band.notices import SETTLING, UNDERSAMPLED
+from .band.requirement import Requirement, band_usage, exact_runs
+from .by_angle import cut, turning
 from .polynomials.points import between_nodes, uniform_points
 from .polynomials.surrogate import MOST_RANGE_DEGREE, BoundKind, chebyshev_grid, tensor_grid
 from .results import StudyResult
@@ -33,11 +35,16 @@ from .runner import Runner
 from .sources.finished import FinishedRuns
 from .sources.run_table import RunTable
 from .sources.scenes import MOST_NODES, MOST_RUNS
-from .sources.units import units_of
 from .spec import check_runs, per_parameter
 
 Array = NDArray[np.float64]
 
+BAND_RUNS = 81
+"""Runs of a band where time allows no more [-]."""
+BAND_RTOL = 1e-4
+"""Relative tolerance of the runs of a band where nothing was said [-]."""
+# Parts of the time and of the memory that are allowed: for the runs that are timed, and for the samples.
+_TIMED, _MEMORY = 0.01, 0.5
 # Runs that are simulated at first; the times of single runs scatter by about a third.
 _PROBES, _PROBES_OF_WORKER = 12, 4
 # They become more by this factor until they take so long [s], but no more than this part of the study: what a
@@ -68,6 +75,163 @@ class Design:
 def carried_out(runner: Runner, design: Design) -> StudyResult:
     """The result of a design; issues no warnings."""
     return design.result(runner.made(design.points, design.settings, usage=design.usage))
+
+
+def band(
+    runner: Runner,
+    runs: int | None,
+    coverage: float,
+    seconds: float,
+    confidence: float | None,
+    rtol: float | None,
+    rng: int | Generator | None,
+    include: StudyResult | Sequence[StudyResult],
+    max_runs: int,
+    revolutions: int | None,
+    discard: int | None,
+    angle: str | None,
+) -> Design:
+    """The design of `Study.band`; see there."""
+    checks = Checks()
+    if runs is not None:
+        checks.whole("runs", runs, least=LEAST_RUNS, most=MOST_RUNS)
+    most = checks.whole("max_runs", max_runs, least=1)
+    checks.real("coverage", coverage, "-", above=0.0, below=1.0)
+    checks.real("seconds", seconds, "s", above=0.0)
+    if confidence is not None:
+        checks.real("confidence", confidence, "-", above=0.0, below=1.0)
+    if rtol is not None and runner.model is not None:
+        checks.add("rtol is a setting of simulations: a model of your own does not use it")
+    elif rtol is not None:
+        checked_settings(checks, {"rtol": rtol})
+    seed = checks.seed("rng", rng)
+    for name, value in {"discard": discard, "angle": angle}.items():
+        if revolutions is None and value is not None:
+            checks.add(f"{name} is for bands by crank angle: give revolutions too, got {value!r}")
+    others = checked_results(checks, include)
+    checks.finish()
+    settings, needed = runner.run_settings(rtol, BAND_RTOL), exact_runs(coverage, confidence)
+    requirement = Requirement(float(coverage), 0, seed, {}, confidence=confidence)
+    if revolutions is not None:
+        first = 1 if discard is None else discard
+        settings, turns = turning(runner, settings, revolutions, first, angle)
+        requirement = replace(requirement, revolutions=turns)
+    if isinstance(runner.model, FinishedRuns):
+        points = runner.model.first(runs, LEAST_RUNS)
+        independent = runner.model.independent and len(points) >= needed
+        if confidence is not None and not runner.model.independent:
+            raise ArgumentError(
+                "nothing has a confidence by runs at points that someone chose: they must be drawn "
+                "independently and uniformly from the box, Study.from_runs(..., independent=True)"
+            )
+        requirement = replace(requirement, finished=True, independent=independent)
+        usage = band_usage(*points.shape)
+    else:
+        count = needed if runs is None and confidence is not None else runs
+        if count is None:
+            requirement = replace(requirement, seconds=float(seconds))
+            count = _affordable_runs(runner, settings, needed, most, requirement, float(seconds))
+        if count > most:
+            raise ArgumentError(f"runs must be <= max_runs = {most}, got {count}: take fewer")
+        requirement = replace(requirement, independent=count >= needed)
+        usage = band_usage(count, len(runner.parameters))
+        points = runner.band_points(requirement, 0, count)
+    if confidence is not None and len(points) < needed:
+        raise ArgumentError(
+            f"a coverage of {coverage!r} with a confidence of {confidence!r} takes {needed} independent "
+            f"runs, got {len(points)}: ask for less, or for more runs"
+        )
+    alone = requirement.independent and not others
+    result = partial(of_band, runner, requirement, others)
+    return Design(points, settings, usage, result, alone, seed)
+
+
+def spread_evenly(runner: Runner, runs: int, coverage: float, seed: int) -> Design:
+    """The design of a band by so many runs at Sobol' points, however many."""
+    requirement = Requirement(coverage, runs, seed, {})
+    points = runner.band_points(requirement, 0, runs)
+    settings, usage = runner.run_settings(None, BAND_RTOL), band_usage(*points.shape)
+    return Design(points, settings, usage, partial(of_band, runner, requirement, []))
+
+
+def _affordable_runs(
+    runner: Runner,
+    settings: Settings | None,
+    needed: int,
+    most: int,
+    requirement: Requirement,
+    limit: float,
+) -> int:
+    """As many runs as are needed for the exact statement, or as time and memory allow; 81 at least."""
+    count = min(needed, most)
+    points = runner.band_points(replace(requirement, independent=True), 0, count)
+    try:
+        # One for each worker at first: a single run may take longer than that.
+        runs, _, measured = _timed(runner, points, settings, None, _TIMED * limit, (1, 1))
+    except Exception:  # most of a few runs failed: whether most of all do the study itself finds out
+        return min(BAND_RUNS, most)
+    affordable = min(most, int(count * limit / seconds_of(measured, count + 1)))
+    shape = len(runs.t), len(runs.outputs)
+
+    def fits(count: int) -> bool:
+        usage = band_usage(count, len(runner.intervals))
+        size = study_memory((count + 1, *shape), usage, in_memory=runner.execution.in_memory)
+        return count <= affordable and size <= _MEMORY * room()
+
+    count = BAND_RUNS
+    while fits(2 * count):
+        count *= 2
+    return needed if fits(needed) else min(count, most)
+
+
+def extended(
+    runner: Runner, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult]
+) -> StudyResult:
+    """The result of `StudyResult.extend`; see there."""
+    checks = Checks()
+    checks.whole("runs", runs, least=0, most=MOST_RUNS)
+    others = checked_results(checks, include)
+    requirement = result.requirement
+    if requirement is None:
+        checks.add(f"only a result of Study.band can be extended, this is one of Study.{result.kind}")
+    elif requirement.finished:
+        checks.add("a table of finished runs has no further ones: make a new table")
+    checks.finish()
+    assert requirement is not None, "the checks let no other result pass"
+    old = result.run_table(result.outputs)
+    count, messages = len(old.parameters), _lasting(result.notices)
+    scored, kept, nominal = old[: requirement.runs], old[requirement.runs : count], old[count:]
+    begun = requirement.runs + requirement.failed
+    # Runs that time was short for are made now.
+    failures = tuple(one for one in result.failures if one.reason != NOT_BEGUN or one.index >= begun + runs)
+    seconds = result.seconds
+    if runs > 0:
+        points = runner.band_points(requirement, begun, runs)
+        new = runner.made(points, result.settings, midpoint=False, usage=band_usage(*points.shape))
+        new = new if requirement.revolutions is None else cut(new, requirement.revolutions)
+        seconds += new.seconds
+        scored = scored.joined([new])
+        messages += _lasting(new.notices)
+        failures += tuple(replace(one, index=one.index + begun) for one in new.failures)
+    good = len(scored.parameters)
+    requirement = replace(requirement, runs=good, failed=count_failed(failures))
+    made = replace(scored.joined([nominal]), seconds=seconds, failures=failures)
+    messages += failure_notices(failures, good + len(failures) + 1)
+    return joined(runner, requirement, made, kept if len(kept.kept) else None, others, messages)
+
+
+def _lasting(notices: Sequence[Notice]) -> list[Notice]:
+    """Notices without those that count the runs so far."""
+    return [one for one in notices if one.code not in (UNDERSAMPLED, SETTLING, FAILED, STOPPED)]
+
+
+def checked_results(checks: Checks, include: object) -> list[StudyResult]:
+    """The results whose runs are to be included."""
+    given = [include] if isinstance(include, StudyResult) else include
+    if not isinstance(given, Sequence) or not all(isinstance(one, StudyResult) for one in given):
+        checks.add(f"include must be results of studies, got {include!r}", wrong_type=True)
+        return []
+    return list(given)
 
 
 def chebyshev(
@@ -148,85 +312,20 @@ def on_grid(
     Without degrees their extremes are the bounds. The points may be spread at `random` over the box; the
     `kind` of the result is ``"chebyshev"`` or ``"scan"`` by the degrees if it is not given.
     """
-
-    def result(runs: RunTable) -> StudyResult:
-        found = StudyResult.from_runs(
-            runs,
-            runner.intervals,
-            degrees=degrees,
-            nodes=counts,
-            bounds=bounds,
-            threads=runner.execution.threads,
-            kind=kind,
-            features=feature_table(runner, runs, random, count_failed(runs.failures)),
-            units=runner.units,
-        )
-        # A result that is read from a file already has these notices.
-        messages = [*doubts(found.bands), *early_widths(found.bands, found.scene)]
-        lost = [one.index for one in runs.failures if one.index < math.prod(counts)]
-        if degrees is not None and lost:
-            messages += told_holes(fit_holes(counts, degrees, lost))
-        return replace(found, notices=(*found.notices, *messages))
-
     terms = math.prod(degree + 1 for degree in degrees) if degrees is not None else 0
-    return Design(points, runner.settings, Usage(terms=terms), result)
-
-
-def feature_table(runner: Runner, runs: RunTable, random: bool, failed: int) -> FeatureTable:
-    """The features of the runs."""
-    if runs.features is None:
-        return NO_FEATURES
-    names = runs.feature_names
-    return FeatureTable(
-        names,
-        runs.features[:-1],
-        runs.features[-1],
-        runner.intervals,
-        runs.parameters,
-        random,
-        tuple(name for name, given in runner.random.items() if not isinstance(given, Uniform)),
-        units_of(names, runner.features, runner.units, simulated=runner.settings is not None),
-        failed,
-        isinstance(runner.model, FinishedRuns),
-        runs.nominal_parameters,
-    )
-
-
-def simulated_extremes(runner: Runner, result: StudyResult) -> tuple[WorstCase, ...]:
-    """Runs at the worst cases that the polynomials of a result predict; see `StudyResult.check`."""
-    found = [
-        (name, *extreme)
-        for name, band in result.bands.items()
-        if band.verdict == "resolved" and band.surrogate is not None
-        for extreme in predicted_extremes(band)
-    ]
-    if not found:
-        raise ArgumentError(
-            "no output is resolved by a polynomial, so there is no worst case to be checked: more runs "
-            "may resolve one; features of the runs and their ranking need none"
-        )
-    points = np.array([at for _, _, _, at, _ in found])
-    runs = runner.made(points, result.settings, midpoint=False)
-    columns = [runs.outputs.index(name) for name, *_ in found]
-    rows = {int(point): row for row, point in enumerate(runs.kept)}
-    return tuple(
-        WorstCase(
-            output=name,
-            side=side,
-            time=float(result.t[sample]),
-            parameters=dict(zip(runner.intervals, map(float, at), strict=True)),
-            predicted=predicted,
-            simulated=float(runs.values[rows[point], sample, column]) if point in rows else math.nan,
-        )
-        for point, ((name, side, sample, at, predicted), column) in enumerate(
-            zip(found, columns, strict=True)
-        )
+    return Design(
+        points,
+        runner.settings,
+        Usage(terms=terms),
+        partial(of_grid, runner, counts, degrees, bounds, kind, random),
     )
 
 
 def plan_of(runner: Runner, design: Design, probes: int | None) -> Plan:
     """The cost of a design; see `Study.plan`."""
-    runs, rows, measured = _timed(runner, design, probes, _ENOUGH, (_PROBES, _PROBES_OF_WORKER))
+    runs, rows, measured = _timed(
+        runner, design.points, design.settings, probes, _ENOUGH, (_PROBES, _PROBES_OF_WORKER)
+    )
     count = len(design.points) + 1
     shape = count, len(runs.t), len(runs.outputs)
     features = 0 if runs.features is None else math.prod(runs.features.shape[1:])
@@ -243,21 +342,18 @@ def plan_of(runner: Runner, design: Design, probes: int | None) -> Plan:
     )
 
 
-def predicted_seconds(runner: Runner, design: Design, enough: float) -> tuple[float, tuple[int, int]]:
-    """Time of the runs of a design [s], from some that take so long, with the samples and outputs of each."""
-    # One for each worker at first: a single run may take longer than that.
-    runs, _, measured = _timed(runner, design, None, enough, (1, 1))
-    return seconds_of(measured, len(design.points) + 1), (len(runs.t), len(runs.outputs))
-
-
 def _timed(
-    runner: Runner, design: Design, probes: int | None, enough: float, first: tuple[int, int]
+    runner: Runner,
+    points: Array,
+    settings: Settings | None,
+    probes: int | None,
+    enough: float,
+    first: tuple[int, int],
 ) -> tuple[RunTable, NDArray[np.intp], list[tuple[int, float]]]:
     """Some runs, their numbers, and how many took how long at each time, until these take long enough [s].
 
     If their number is not given, the `first` are so many, and so many for each worker.
     """
-    points = design.points
     probe = replace(
         runner,
         execution=replace(runner.execution, store=None, max_seconds=None, in_memory=True),
@@ -266,12 +362,12 @@ def _timed(
     workers = probe.execution.threads or os.cpu_count() or 1
     if probe.execution.executor is not None:
         workers = worker_count(probe.execution.executor)
-        probe.made(points[:workers], design.settings, midpoint=False)  # workers start with their first piece
+        probe.made(points[:workers], settings, midpoint=False)  # workers start with their first piece
     count = min(len(points), probes or max(first[0], first[1] * workers))
     measured: list[tuple[int, float]] = []
     while True:
         rows = np.linspace(0, len(points) - 1, count).round().astype(int)
-        runs = probe.made(points[rows], design.settings, midpoint=False)
+        runs = probe.made(points[rows], settings, midpoint=False)
         measured.append((count, runs.seconds))
         most = max(count, len(points) // _PART)
         if probes is not None or runs.seconds >= enough or count == most:

@@ -14,8 +14,8 @@ from ..base.shown import listed
 from ..errors import ArgumentError
 from ..execution.failures import FAILED, AllFailedError
 from ..run.notices import Notice, issue
-from .features.features import FeatureSpec, outputs_of
 from .runner import Runner
+from .sources.asked import FeatureSpec, outputs_of
 from .sources.finished import FinishedRuns
 from .sources.scenes import MOST_RUNS
 
@@ -144,14 +144,13 @@ def function_of(runner: Runner, features: str | Sequence[str] | None) -> StudyFu
         if asked is not None and all(name in every for name in asked):
             chosen = {name: every[name] for name in asked}
         settings = replace(settings, outputs=outputs_of(chosen, settings))
-        runner = replace(runner, features=dict(chosen), settings=settings)
+        runner = replace(runner, features=chosen, settings=settings)
     runner = replace(runner, execution=replace(runner.execution, most_failed=1.0), progress=None)
-    nominal = np.array([[side.nominal for side in runner.intervals.values()]])
+    nominal = np.array([list(runner.nominal.values())])
     checks = Checks()
     if settings is not None and not every:
         checks.add("the study has no features: it needs at least one")
-    cycles = runner.spec.cycles
-    if cycles > 1:
+    if (cycles := runner.cycles) > 1:
         checks.add(f"a function has one value for each run; this study has {cycles} cycles: leave them out")
     checks.finish()
     # Whatever is wrong for every point shows here, and a model of the user's own names its numbers.

@@ -29,26 +29,28 @@ from ..run.trajectory import Stats
 from ..scene.columns import column_unit
 from ..scene.scene import Interval, Scene
 from .band.band import Band
-from .band.calibrated import Requirement, calibrated_bands, statement
+from .band.calibrated import calibrated_bands
 from .band.gridded import grid_bands
+from .band.requirement import Requirement, statement
 from .band.worst import WorstCase
 from .features.features import NO_FEATURES, FeatureResult, FeatureTable
 from .features.ranking import Ranking
-from .polynomials.points import nominal_point
 from .polynomials.surrogate import BoundKind
 from .report.answer import main_numbers
 from .report.dataset import study_dataset
 from .report.document import study_document
 from .report.summary import summary
 from .requirements.conformance import Conformance
-from .sources.run_table import OF_RUNS, RunTable
+from .sources.run_table import RunTable
 from .spec import StudySpec
 
 Array = NDArray[np.float64]
 
+# Fields that are those of the table of the runs.
+_OF_RUNS = ("stats", "notices", "settings", "scene", "nominal_parameters", "failures", "seconds")
 # Fields that a file has as they are; bands are made again of the runs.
 _SAVED = (
-    *OF_RUNS[1:],
+    *_OF_RUNS[1:],
     *("kind", "degrees", "nodes", "bounds", "requirement", "features", "worst_cases", "units", "seed"),
     "conformance",
 )
@@ -172,10 +174,6 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
         ----------
         feature : str
             Name of the feature.
-
-        Returns
-        -------
-        Ranking
 
         Raises
         ------
@@ -318,44 +316,61 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
         runs: RunTable,
         intervals: dict[str, Interval],
         *,
-        degrees: tuple[int, ...] | None,
-        nodes: tuple[int, ...],
+        degrees: tuple[int, ...] | None = None,
+        nodes: tuple[int, ...] = (),
         bounds: BoundKind = "range",
         kind: str | None = None,
         requirement: Requirement | None = None,
         threads: int | None = None,
-        units: Mapping[str, str] | None = None,
+        units: Mapping[str, str],
         **facts: Any,
     ) -> Self:
         """The result of a table of runs, the nominal one last: of a calibrated study if there is a
         requirement, else of a grid with these nodes, with polynomials if there are degrees. `facts` are other
         fields."""
-        at = nominal_point(intervals, runs.nominal_parameters)
-        given = dict(units or {})
-        facts |= {"bounds": bounds, "requirement": requirement, "units": given}
-        facts |= {name: getattr(runs, name) for name in OF_RUNS}
-        table = runs.t, runs.outputs, runs.values, intervals, runs.parameters
         if requirement is not None:
-            bands = calibrated_bands(*table, requirement, threads, at)
-            kind, degrees, nodes = "band", None, ()
+            bands, kind = calibrated_bands(runs, intervals, requirement, threads), "band"
         else:
-            missing = [one.index for one in runs.failures]
-            bands = grid_bands(*table, degrees, nodes, bounds, threads, at, missing)
-            kind = kind or ("scan" if degrees is None else "chebyshev")
-        known = {name: given[name] for name in intervals if name in given}
+            bands = grid_bands(runs, intervals, degrees, nodes, bounds, threads)
+        known = {name: units[name] for name in intervals if name in units}
         for name, band in bands.items():
-            unit_of = given.get(name, "") if runs.scene is None else column_unit(name)
+            unit_of = units.get(name, "") if runs.scene is None else column_unit(name)
             bands[name] = dataclasses.replace(band, unit=unit_of, parameter_units=known)
-        return cls(kind, bands, degrees=degrees, nodes=nodes, **facts)
+        facts |= {name: getattr(runs, name) for name in _OF_RUNS}
+        facts |= {"degrees": degrees, "nodes": nodes, "bounds": bounds, "requirement": requirement}
+        kind = kind or ("scan" if degrees is None else "chebyshev")
+        return cls(kind=kind, bands=bands, units=dict(units), **facts)
+
+    def run_table(self, outputs: Sequence[str]) -> RunTable:
+        """The runs with some of the outputs, the nominal one last."""
+        count, table = len(self.parameters), self.features
+        return RunTable(
+            self.parameters,
+            np.arange(count),
+            self.t,
+            tuple(outputs),
+            np.stack([self.table(name) for name in outputs], axis=-1)
+            if outputs
+            else np.empty((count + 1, 0, 0)),
+            np.concatenate([table.runs, table.nominal[None]]) if table else None,
+            table.names,
+            **{name: getattr(self, name) for name in _OF_RUNS}
+            | {"stats": Costs.joined([self.stats]), "notices": ()},
+        )
+
+    def bands_of_first(self, runs: int, threads: int | None = None) -> dict[str, Band]:
+        """The bands of the first runs of a result of `Study.band` alone, by the rule of the whole."""
+        assert self.requirement is not None, "a result of Study.band"
+        requirement = dataclasses.replace(self.requirement, runs=runs, failed=0)
+        table = self.run_table(self.outputs)
+        first = table[:runs].joined([table[len(table.kept) :]])
+        return calibrated_bands(first, self.intervals, requirement, threads)
 
     def dataset(self) -> Dataset:
         """Bands, runs, parameters and features as named arrays with units; see `Exports`.
 
-        Returns
-        -------
-        Dataset
-            ``slider.x.lower``, ``.upper`` and ``.nominal`` over ``t``, ``slider.x.runs`` over ``run`` and
-            ``t``, ``parameters.NAME`` over ``run``, ``features.NAME`` over ``run`` and ``cycle``.
+        They are ``slider.x.lower``, ``.upper`` and ``.nominal`` over ``t``, ``slider.x.runs`` over ``run``
+        and ``t``, ``parameters.NAME`` over ``run``, ``features.NAME`` over ``run`` and ``cycle``.
         """
         return study_dataset(self)
 
@@ -384,10 +399,8 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
             arrays["t"],
             tuple(facts["outputs"]),
             arrays["values"],
-            features=None,
-            feature_names=(),
             stats=Costs(np.asarray(arrays["stats"], dtype=float).reshape(-1, len(STATS))),
-            **{name: known.pop(name) for name in OF_RUNS if name != "stats"},
+            **{name: known.pop(name) for name in _OF_RUNS if name != "stats"},
         )
         intervals = records.restored(dict[str, Interval], facts["intervals"], arrays)
         found = cls.from_runs(runs, intervals, **known)

@@ -8,10 +8,12 @@ import math
 import pickle
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from importlib import import_module
 from typing import Any, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import mechanisms
 from ..base.arguments import Checks, did_you_mean, meant_or_known
@@ -19,16 +21,19 @@ from ..base.files import same
 from ..base.named import ReadOnlyDict
 from ..base.shown import in_a_sentence
 from ..base.units import unit
-from ..errors import ArgumentError, Problem, SceneError
+from ..errors import ArgumentError, ArgumentTypeError, Problem, SceneError, describe
+from ..execution.failures import located
 from ..execution.options import OnFailure
 from ..run.features import Feature
 from ..run.settings import RunOptions, Settings
 from ..scene.distributions import Distribution
 from ..scene.scene import Interval, Scene
 from ..scene.schema import Part, read, write
-from .features.features import FeatureSpec
 from .requirements.specification import Specification
+from .sources.asked import FeatureSpec
 from .sources.scenes import MOST_NODES, MOST_RUNS
+
+Array = NDArray[np.float64]
 
 MAX_RUNS = 20_000
 """Default limit of the runs of one call [-]: a minute or two for the paper's mechanism."""
@@ -77,15 +82,47 @@ class StudySpec:
         for name in ("parameters", "fixed", "features", "units", "requirements"):
             object.__setattr__(self, name, ReadOnlyDict(getattr(self, name)))
 
-    @property
+    @cached_property
     def intervals(self) -> dict[str, Interval]:
-        """Interval of each parameter [SI units]."""
+        """Interval of each parameter by name [SI units]."""
         return {name: interval_of(given) for name, given in self.parameters.items()}
+
+    @property
+    def nominal(self) -> dict[str, float]:
+        """Nominal value of each parameter [SI units]."""
+        return {name: side.nominal for name, side in self.intervals.items()}
 
     @property
     def random(self) -> dict[str, Distribution]:
         """Distributions of the parameters that have one."""
         return {name: one for name, one in self.parameters.items() if isinstance(one, Distribution)}
+
+    def drawn(self, draw: Callable[[dict[str, Interval]], Array]) -> Array:
+        """Points of the box that are the same for each parameter wherever the user names it: `draw` makes
+        them, shape (runs, parameters), for the parameters in the order in which the model declares them."""
+        names = declared_order(self.build, self.intervals)
+        points = draw({name: self.intervals[name] for name in names})
+        if names == list(self.intervals):
+            return points
+        return np.ascontiguousarray(points[:, [names.index(name) for name in self.intervals]])
+
+    def scene(self, parameters: dict[str, float]) -> Scene:
+        """The scene at these values of the parameters [SI units]; errors name them."""
+        try:
+            scene = self.build(**parameters, **self.fixed)
+        except SceneError as error:
+            raise SceneError(located(parameters, error.problems)) from error
+        except Exception as error:
+            error.add_note(f"in build with {describe(parameters)}")
+            raise
+        if isinstance(scene, Scene):
+            return scene
+        if isinstance(scene, Mapping):
+            raise ArgumentTypeError(
+                "build returned a mapping instead of a Scene: a model of your own has its own time axis, so "
+                "leave out duration, samples and all other settings of a simulation"
+            )
+        raise ArgumentTypeError(f"build must return a Scene, got {scene!r} for {describe(parameters)}")
 
     @property
     def mechanism(self) -> str | None:
@@ -169,15 +206,11 @@ class StudySpec:
             },
             "outputs": None if self.outputs is None else list(self.outputs),
             "settings": None if self.settings is None else dataclasses.asdict(self.settings),
-            "rtol_given": self.rtol_given,
             "fixed": {name: written(value) for name, value in self.fixed.items()},
             "features": {name: written(one) for name, one in self.features.items()},
             "units": dict(self.units),
-            "cycles": self.cycles,
-            "on_failure": self.on_failure,
-            "run_seconds": self.run_seconds,
             "requirements": {name: dataclasses.asdict(one) for name, one in self.requirements.items()},
-            "table": self.table,
+            **{name: getattr(self, name) for name in _PLAIN},
         }
 
     @classmethod
@@ -193,15 +226,11 @@ class StudySpec:
             parameters={name: _PARAMETERS[word](*of) for name, (word, *of) in facts["parameters"].items()},
             outputs=None if outputs is None else tuple(outputs),
             settings=None if settings is None else Settings.from_dict(settings),
-            rtol_given=facts["rtol_given"],
             fixed=restored("fixed"),
             features=restored("features"),
             units=facts["units"],
-            cycles=facts["cycles"],
-            on_failure=facts["on_failure"],
-            run_seconds=facts["run_seconds"],
-            requirements={k: Specification(**one) for k, one in facts.get("requirements", {}).items()},
-            table=facts["table"],
+            requirements={name: Specification(**one) for name, one in facts["requirements"].items()},
+            **{name: facts[name] for name in _PLAIN},
         )
 
     def __eq__(self, other: object) -> bool:
@@ -229,6 +258,8 @@ class StudySpec:
         return objects
 
 
+# Fields that files have as they are.
+_PLAIN = ("rtol_given", "cycles", "on_failure", "run_seconds", "table")
 _PARAMETERS: dict[str, type[Interval | Distribution]] = {
     one.__name__: one for one in (Interval, *get_args(Distribution))
 }

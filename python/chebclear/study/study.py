@@ -14,29 +14,30 @@ from numpy.typing import ArrayLike
 
 from ..base.arguments import Checks, meant_or_known
 from ..base.progress import Progress
-from ..execution.options import OnFailure
+from ..execution.options import ExecutionOptions, OnFailure
 from ..execution.plan import Plan
 from ..run.features import Feature
 from ..run.notices import issue
 from ..run.settings import RunOptions, Settings, with_settings
 from ..scene.distributions import Distribution
 from ..scene.scene import Interval, Scene
-from . import designs, sampled
+from . import designs
+from .answers import simulated_extremes
 from .band.worst import WorstCase
 from .conforming import answered, extended
-from .designs import Design, plan_of, simulated_extremes
-from .features.features import FeatureSpec
+from .designs import Design, carried_out, plan_of
 from .function import StudyFunction, function_of
 from .polynomials.surrogate import BoundKind
 from .requirements.specification import Specification
 from .results import StudyResult
 from .runner import checked_runner
+from .sources.asked import FeatureSpec
 from .sources.finished import FinishedRuns, finished_runs
 from .spec import MAX_RUNS
 from .sweep import WithSweep
 
 _DESIGNS: dict[str, Callable[..., Design]]
-_DESIGNS = {"band": sampled.band} | {name: getattr(designs, name) for name in ("chebyshev", "scan", "sample")}
+_DESIGNS = {name: getattr(designs, name) for name in ("band", "chebyshev", "scan", "sample")}
 
 
 @with_settings(RunOptions)
@@ -157,9 +158,11 @@ class Study(WithSweep):
         requirements: Specification | Sequence[Specification] | Mapping[str, Specification] | None = None,
         **options: Unpack[RunOptions],
     ) -> None:
-        how = threads, executor, store, on_failure, run_seconds, max_seconds, in_memory
+        execution = ExecutionOptions(
+            threads, executor, store, on_failure, run_seconds, max_seconds, in_memory
+        )
         what = build, parameters, outputs, settings, fixed, features, units, version, requirements
-        self.runner = checked_runner(*what, options, progress, how)
+        self.runner = checked_runner(*what, options, progress, execution)
 
     @property
     def intervals(self) -> dict[str, Interval]:
@@ -236,12 +239,7 @@ class Study(WithSweep):
         Returns
         -------
         StudyResult
-            Its bands are inner bounds and have no polynomial.
-
-        Raises
-        ------
-        SceneError, SimulationError, ValueError, TypeError
-            As `chebyshev`.
+            Its bands are inner bounds and have no polynomial. Errors are those of `chebyshev`.
         """
         return self._made(designs.scan, points, max_runs)
 
@@ -313,15 +311,11 @@ class Study(WithSweep):
         Returns
         -------
         StudyResult
-            `StudyResult.extend` adds runs. Bands that are ``"resolved"`` have a polynomial.
-
-        Raises
-        ------
-        SceneError, SimulationError, ValueError, TypeError
-            As `chebyshev`.
+            `StudyResult.extend` adds runs. Bands that are ``"resolved"`` have a polynomial. Errors are those
+            of `chebyshev`.
         """
         how = seconds, confidence, rtol, rng, include, max_runs, revolutions, discard, angle
-        return self._made(sampled.band, runs, coverage, *how, own=revolutions is None)
+        return self._made(designs.band, runs, coverage, *how, own=revolutions is None)
 
     def extended(
         self, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult] = ()
@@ -343,12 +337,7 @@ class Study(WithSweep):
         Returns
         -------
         StudyResult
-            Its bands are the extremes of the runs.
-
-        Raises
-        ------
-        SceneError, SimulationError, ValueError, TypeError
-            As `chebyshev`.
+            Its bands are the extremes of the runs. Errors are those of `chebyshev`.
         """
         return self._made(designs.sample, runs, rng, own=True)
 
@@ -372,7 +361,11 @@ class Study(WithSweep):
         return simulated_extremes(self.runner, result)
 
     def _made(self, make: Callable[..., Design], *how: Any, own: bool = False) -> StudyResult:
-        return self._issued(answered(self.runner, make, *how, own=own))
+        """The result of a design ``make(runner, *how)``; its runs may answer requirements if they are drawn
+        for this study alone, its `own`."""
+        if self.runner.requirements:
+            return self._issued(answered(self.runner, make, *how, own=own))
+        return self._issued(carried_out(self.runner, make(self.runner, *how)))
 
     def _issued(self, result: StudyResult) -> StudyResult:
         """The result of this study, after issuing its notices."""
@@ -491,7 +484,7 @@ class Study(WithSweep):
             units=units,
         )
         study = cls(table.run, table.intervals, threads=threads)
-        study.runner = replace(study.runner, model=table, units=dict(units or {}))
+        study.runner = replace(study.runner, model=table, units=dict(units or {}), table=True)
         return study
 
     def __repr__(self) -> str:

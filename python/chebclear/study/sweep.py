@@ -302,12 +302,11 @@ class WithSweep:
         if not asked or len(asked) < len(runner.features):
             checks.add("a sweep needs features of a revolution, such as the peak of an output, and no others")
         checks.finish()
-        unit = (known_units(runner.build, [parameter]) | runner.units).get(parameter, "")
+        unit = (known_units(runner.build, [parameter]) | dict(runner.units)).get(parameter, "")
         box = Interval(lower, upper)  # type: ignore[arg-type] # numbers once made
         at = np.linspace(box.lower, box.upper, count)
-        nominal = {name: side.nominal for name, side in runner.intervals.items()}
         source = replace(runner, fixed=fixed)
-        scenes = [source.scene({**nominal, parameter: value}) for value in at.tolist()]
+        scenes = [source.scene({**runner.nominal, parameter: value}) for value in at.tolist()]
         crank = crank_of(checks, scenes[0], angle)
         checks.finish()
         joints = scenes[0].check().clearance_joints

@@ -16,15 +16,14 @@ from ..base.arguments import Checks
 from ..base.rows import Array
 from ..errors import ArgumentError, ArgumentTypeError, SimulationError
 from ..run.notices import issue
-from ..study import sampled
+from ..study.answers import LEAST_RUNS
 from ..study.band.band import Band
-from ..study.designs import carried_out, on_grid
+from ..study.designs import carried_out, on_grid, spread_evenly
 from ..study.polynomials.points import uniform_points
 from ..study.polynomials.surrogate import MOST_RANGE_DEGREE, chebyshev_grid, tensor_grid
 from ..study.results import StudyResult
 from ..study.runner import Runner
 from ..study.sources.finished import FinishedRuns
-from ..study.sources.run_table import bands_of_first
 from ..study.sources.scenes import MOST_NODES, MOST_RUNS
 from ..study.spec import MAX_RUNS
 from ..study.study import Study
@@ -115,7 +114,7 @@ def study_tradeoff(
         (degree, degree + 1) for degree in _counts(checks, "degrees", degrees, 1, MOST_NODES - 1)
     ]
     grids += [(None, count) for count in _counts(checks, "points", points, 2, MOST_NODES)]
-    budgets = sorted(set(_counts(checks, "runs", runs, sampled.LEAST_RUNS, MOST_RUNS)))
+    budgets = sorted(set(_counts(checks, "runs", runs, LEAST_RUNS, MOST_RUNS)))
     sides = len(runner.intervals)
     for _, count in grids:
         if count**sides > MOST_RUNS:
@@ -212,13 +211,13 @@ def _bands(runner: Runner, budgets: Sequence[int], seed: int) -> list[_Setting]:
         return []
     most = budgets[-1]
     try:
-        largest = carried_out(runner, sampled.spread_evenly(runner, most, 0.999, seed))
+        largest = carried_out(runner, spread_evenly(runner, most, 0.999, seed))
     except SimulationError as error:
         return [_Setting("band", None, count, count + 1, math.nan, error.reason) for count in budgets]
     settings = []
     for count in budgets:
         start = time.perf_counter()
-        bands = bands_of_first(largest, count, runner.execution.threads)
+        bands = largest.bands_of_first(count, runner.execution.threads)
         seconds = time.perf_counter() - start + largest.seconds * (count + 1) / (most + 1)
         stages = sum(one.stages for one in [*largest.stats[:count], *largest.stats[-1:]])
         settings.append(_Setting("band", None, count, count + 1, seconds, "done", bands, stages))

@@ -26,7 +26,7 @@ RUST_ROOMS = (
 )
 
 # A chapter of a room uses only chapters that stand before it, and no file beside them.
-CHAPTERS = {"study": ["polynomials", "band", "features", "sources", "requirements", "report"]}
+CHAPTERS = {"study": ["polynomials", "sources", "band", "features", "requirements", "report"]}
 MOST_FILES = 12
 """Files of a Python room or chapter, besides the one that says what it is for."""
 MOST_LINES = 500

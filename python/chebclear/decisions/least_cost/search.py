@@ -72,7 +72,7 @@ class Search:
 
     runner: Runner
     """The study, with the tolerances before."""
-    asked: dict[str, Specification]
+    asked: Mapping[str, Specification]
     """The requirements."""
     prices: dict[str, Price]
     """What tolerances cost."""
@@ -225,7 +225,7 @@ class Search:
         parameters, seed = self.parameters(design), self._fresh_seed()
         sides = _intervals(parameters)
         count = max(3 * len(sides), int(np.clip(self.count // 4, *_MODEL_RUNS)))
-        points = replace(self.runner, intervals=sides).drawn(lambda box: uniform_points(box, count, seed))
+        points = replace(self.runner, parameters=sides).drawn(lambda box: uniform_points(box, count, seed))
         extremes = self._extremes(points)
         if not len(self._scales):
             self._scales = self._checked_scales(extremes)
@@ -326,7 +326,7 @@ def checked_search(
     checks = Checks()
     if isinstance(runner.model, FinishedRuns):
         raise ArgumentError("study is a table of finished runs, which has no values with other tolerances")
-    asked = runner.requirements
+    asked: Mapping[str, Specification] = runner.requirements
     if specifications is not None:
         asked = checked_specifications(checks, specifications)
     elif not asked:

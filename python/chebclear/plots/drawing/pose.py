@@ -16,7 +16,7 @@ from ..axes import COLORS
 
 if TYPE_CHECKING:
     from ...run.trajectory import Trajectory
-    from ...study.features.swept import SweptRun
+    from ...study.sources.swept import SweptRun
 
 Array = NDArray[np.float64]
 

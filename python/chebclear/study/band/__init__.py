@@ -1,5 +1,5 @@
 """Bands: the range of an output over the box of the parameters, and its reliability.
 
-In: the values of an output in all runs; out: a `Band` with its verdict, quantiles and restraint zones.
+In: the table of all runs; out: a `Band` with its verdict, quantiles and restraint zones.
 Uses `study.polynomials`, `plots`, `scene` and `base`.
 """

@@ -152,10 +152,8 @@ class Band(records.ArrayRecord):
 
         Raises
         ------
-        ValueError
-            If a value is outside its interval, or the band has no polynomial.
-        TypeError
-            If a parameter is unknown or missing.
+        ValueError, TypeError
+            If a value is outside its interval, a parameter unknown or missing, or the band has no polynomial.
         """
         return self._polynomial().evaluate(values)
 
@@ -179,7 +177,7 @@ class Band(records.ArrayRecord):
             Differentiate with respect to the variable that runs from -1 to 1 over the interval instead, as
             the paper's Table 5 does: the change of the output for half the width of the interval.
         at : mapping of str to float or array_like, optional
-            A value for every parameter [SI units]; the nominal ones if not given. Arrays broadcast.
+            A value for every parameter, as of `evaluate`; the nominal ones if not given.
 
         Returns
         -------
@@ -188,10 +186,8 @@ class Band(records.ArrayRecord):
 
         Raises
         ------
-        ValueError
-            If the parameter is unknown, a value is outside its interval, or the band has no polynomial.
-        TypeError
-            If `at` names an unknown or misses a parameter.
+        ValueError, TypeError
+            As `evaluate`.
         """
         slope = self.polynomial_slope(parameter, normalized=normalized, at=at)
         self._doubt("a sensitivity")
@@ -204,23 +200,7 @@ class Band(records.ArrayRecord):
     def polynomial_slope(
         self, parameter: str, *, normalized: bool = False, at: Mapping[str, ArrayLike] | None = None
     ) -> Array:
-        """The derivative of the polynomial, as `sensitivity` returns it, without a warning.
-
-        Parameters
-        ----------
-        parameter, normalized, at : optional
-            As of `sensitivity`.
-
-        Returns
-        -------
-        ndarray, shape (..., samples)
-            In the unit of the output per unit of the parameter; in the unit of the output if normalized.
-
-        Raises
-        ------
-        ValueError, TypeError
-            As `sensitivity`.
-        """
+        """The derivative of the polynomial, as `sensitivity` returns it, without a warning."""
         return self._polynomial().derivative(parameter, normalized=normalized, at=at)
 
     def sensitivity_range(self, parameter: str, *, threads: int | None = None) -> tuple[Array, Array]:
@@ -255,23 +235,12 @@ class Band(records.ArrayRecord):
         The slope of the polynomial has one sign over the whole box, and even the least slope changes the
         output over a quarter of the interval by more than the polynomial was wrong at held-out runs, on
         average over time. Between values that are nearer to each other the response may do the opposite.
-
-        Parameters
-        ----------
-        parameter : str
-            Name of the parameter.
-        threads : int, optional
-            Threads to work on [-]; all processors if not given.
+        Arguments and errors are those of `sensitivity_range`.
 
         Returns
         -------
         ndarray of int, shape (samples,)
             1 where it rises, -1 where it falls, 0 where neither is certain or nothing changes.
-
-        Raises
-        ------
-        ValueError
-            As `sensitivity_range`.
         """
         lower, upper = self._slopes(parameter, threads)
         # Rounding errors are no slope, however exact the polynomial is.
@@ -283,24 +252,13 @@ class Band(records.ArrayRecord):
     def interval_share(self, parameter: str, *, threads: int | None = None) -> Array:
         """Relative reduction of the width if a parameter were exactly at its nominal value.
 
-        The shares of all parameters need not add up to one.
-
-        Parameters
-        ----------
-        parameter : str
-            Name of the parameter.
-        threads : int, optional
-            Threads to work on [-]; all processors if not given.
+        The shares of all parameters need not add up to one. Arguments and errors are those of
+        `sensitivity_range`.
 
         Returns
         -------
         ndarray, shape (samples,)
             Between 0 and 1 [-]; 0 where nothing changes.
-
-        Raises
-        ------
-        ValueError
-            As `sensitivity_range`.
         """
         surrogate = self._polynomial()
         self._doubt("an interval share")
@@ -314,16 +272,7 @@ class Band(records.ArrayRecord):
         """Shares of the parameters in the variance (Sobol'), **if they were uniformly distributed**.
 
         An interval implies no distribution; these shares assume independent, uniform ones. `interval_share`
-        needs no such assumption.
-
-        Returns
-        -------
-        VarianceShares
-
-        Raises
-        ------
-        ValueError
-            If the band has no polynomial.
+        needs no such assumption. ValueError is raised if the band has no polynomial.
         """
         surrogate = self._polynomial()
         self._doubt("a variance share")
@@ -386,7 +335,7 @@ class Band(records.ArrayRecord):
         side : {"lower", "upper"}
             Which bound.
         threads : int, optional
-            Threads to work on [-]; all processors if not given.
+            As of `sensitivity_range`.
 
         Returns
         -------
@@ -421,8 +370,7 @@ class Band(records.ArrayRecord):
         Returns
         -------
         Band
-            With the running maximum of the upper and minimum of the lower bounds. It has neither runs nor a
-            polynomial.
+            Without runs and polynomial.
 
         Raises
         ------

@@ -31,11 +31,6 @@ def physical_limits(
 
     The clearance of a joint [m] is the distance to contact of a concentric journal: no penetration is below
     the negative of the largest one.
-
-    Examples
-    --------
-    >>> physical_limits(["wrist.normal_force", "wrist.penetration"], {"wrist": 2e-5})
-    {'wrist.normal_force': (0.0, inf), 'wrist.penetration': (-2e-05, inf)}
     """
     limits = {}
     for output in outputs:

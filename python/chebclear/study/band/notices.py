@@ -11,11 +11,10 @@ from ...run.notices import Notice
 from ...run.tracking import settling_time
 from ...scene.scene import Scene
 from ..polynomials.holes import HoleFit
-from ..polynomials.points import leaves_out, on_cube
+from ..polynomials.points import on_cube, unfilled
 from .band import Band
-from .calibrated import Requirement, lasting_runs, needed_runs
-from .independent import exact_runs
 from .margin import RESOLVED, percent
+from .requirement import Requirement, exact_runs, lasting_runs, needed_runs
 
 UNDERSAMPLED, SETTLING = "undersampled", "settling"
 """Codes of the notices of bands of too few runs, and of those that are widest in the starting transient."""
@@ -42,7 +41,7 @@ def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[Notice]
         text = f"the hull of {runs} independent runs does not prove that {asked} of a further run are in the "
         return [told(f"{text}band of {names}, {needed} do", short, needed=needed)]
     band = bands[short[0]]
-    if requirement.finished and leaves_out(on_cube(band.intervals, band.parameters[:runs])):
+    if requirement.finished and unfilled(on_cube(band.intervals, band.parameters[:runs])):
         text = f"the table has no runs in a part of the box, so that {asked} of a further run "
         return [told(f"{text}cannot be verified for {names}", short)]
     found = []

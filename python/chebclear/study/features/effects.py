@@ -63,8 +63,10 @@ class Estimate(NamedTuple):
 
 
 class Swing(NamedTuple):
-    """The mean of a feature with one parameter at either end of its interval, the others anywhere in theirs,
-    in the unit of the feature; with 95 % confidence intervals."""
+    """Means of a feature with one parameter at either end of its interval, the others anywhere in theirs.
+
+    In the unit of the feature; with 95 % confidence intervals.
+    """
 
     at_lower: float
     """With the parameter at its lower end."""
@@ -122,7 +124,7 @@ class Effects(records.ArrayRecord):
         return plot_shares(self, ax=ax, **options)
 
 
-class _Fit(NamedTuple):
+class Fit(NamedTuple):
     """Least squares on orthonormal Legendre polynomials of a total degree: a part of those of the largest."""
 
     powers: NDArray[np.int64]
@@ -162,7 +164,7 @@ def legendre_terms(points: Array, powers: NDArray[np.int64], derivative: int | N
     return terms
 
 
-def fits_of(points: Array) -> list[_Fit]:
+def fits_of(points: Array) -> list[Fit]:
     """The polynomials that the number of runs allows, from degree 0 on."""
     runs, parameters = points.shape
     counts = [1]
@@ -186,7 +188,7 @@ def fits_of(points: Array) -> list[_Fit]:
         kept.append(count)
     inverse = np.linalg.inv(triangle[: kept[-1], : kept[-1]])
     return [
-        _Fit(
+        Fit(
             powers[:count],
             leverages[:, count - 1],
             basis[:, :count],
@@ -197,12 +199,12 @@ def fits_of(points: Array) -> list[_Fit]:
     ]
 
 
-def left_out(fit: _Fit, values: Array) -> Array:
+def left_out(fit: Fit, values: Array) -> Array:
     """Errors at every run of the polynomial fitted to the others."""
     return np.asarray((values - fit.fitted(values)) / (1.0 - fit.leverage))
 
 
-def best_degree(fits: list[_Fit], values: Array) -> int:
+def best_degree(fits: list[Fit], values: Array) -> int:
     """The degree with the smallest leave-one-out error; at least 1 if there are enough runs."""
     # Relative to the largest value, so that squares are numbers.
     relative = values / (float(np.max(np.abs(values))) or 1.0)
@@ -213,7 +215,11 @@ def best_degree(fits: list[_Fit], values: Array) -> int:
 class Model(NamedTuple):
     """A polynomial for a feature, and those of resampled sets of runs."""
 
-    fit: _Fit
+    points: Array
+    """Points of the runs in [-1, 1]^k, shape (runs, parameters)."""
+    values: Array
+    """The feature there, shape (runs, cycles)."""
+    fit: Fit
     terms: Array
     """Coefficients, shape (terms,)."""
     again: Array
@@ -228,20 +234,16 @@ class Model(NamedTuple):
     """Factors for the scatter of the resampled sets, shape (replicates,)."""
 
 
-def find_effects(names: list[str], points: Array, values: Array, seed: int = 0) -> Effects:
-    """Decompose the variance of the values of a feature, shape (runs, cycles), over points of [-1, 1]^k.
-
-    ValueError is raised if there are too few runs for a polynomial of degree 1, or the points do not vary
-    all parameters independently.
-    """
-    model = model_of(points, values, seed)
+def find_effects(names: list[str], model: Model) -> Effects:
+    """The variance of the values of a feature over the box, decomposed."""
+    values = model.values
     variances = np.maximum(model.variances, 0.0)
     total = float(variances.sum())
     shares = variances / total if total > 0.0 else variances
     totals = model.resampled.sum(axis=0)
     # Not limited to 0 and 1 before the ends are taken.
     lower, upper = ends_of(model.resampled / np.where(totals > 0.0, totals, math.inf))
-    missed = missed_share(model, values)
+    missed = missed_share(model)
     # What is missed is part of what any parameter gives. Of a smooth response, it moves the other terms too.
     moved = min(_MOVED, math.sqrt(missed))
     lower[:-1] -= moved
@@ -253,7 +255,7 @@ def find_effects(names: list[str], points: Array, values: Array, seed: int = 0) 
     words = {1: "rises", -1: "falls"}
     level = float(np.mean(values)) if is_constant(values) else 0.0
     error = max(math.sqrt(missed * total), _ROUNDING * float(np.max(np.abs(values))))
-    signs = _certain_signs(model, points.shape[1], error)
+    signs = _certain_signs(model, error)
     return Effects(
         degree=int(model.fit.powers.sum(axis=1).max()),
         deviation=math.sqrt(total),
@@ -291,13 +293,17 @@ def ends_of(resampled: Array) -> tuple[Array, Array]:
     return lower, upper
 
 
-def model_of(points: Array, values: Array, seed: int) -> Model:
-    """The polynomial of the degree with the least error at left-out runs, and those of resampled sets."""
-    fits = fits_of(points)
-    if is_constant(values):
-        values = np.zeros_like(values)
-    size = float(np.max(np.abs(values)))
-    if not size <= _LARGEST or (0.0 < np.ptp(values) < 1.0 / _LARGEST):
+def model_of(points: Array, values: Array, fits: list[Fit] | None = None, seed: int = 0) -> Model:
+    """The polynomial of the degree with the least error at left-out runs, and those of resampled sets, of
+    values of shape (runs, cycles), from the polynomials that the points of the runs allow.
+
+    ValueError is raised if there are too few runs for a polynomial of degree 1, or the points do not vary
+    all parameters independently.
+    """
+    fits = fits_of(points) if fits is None else fits
+    level = np.zeros_like(values) if is_constant(values) else values
+    size = float(np.max(np.abs(level)))
+    if not size <= _LARGEST or (0.0 < np.ptp(level) < 1.0 / _LARGEST):
         raise ArgumentError(
             f"effects need values of sizes from {1.0 / _LARGEST:g} to {_LARGEST:g}, got {size:g}: give them "
             "in another unit"
@@ -314,7 +320,7 @@ def model_of(points: Array, values: Array, seed: int) -> Model:
             f"effects of {parameters} parameter{'s' * (parameters > 1)} need at least {least} runs that vary "
             f"all of them, got {len(points)}: ask for more runs"
         )
-    return _model(fits[best_degree(fits, values.mean(axis=1))], points, values, seed)
+    return _model(fits[best_degree(fits, level.mean(axis=1))], points, values, level, seed)
 
 
 def is_constant(values: Array) -> bool:
@@ -322,17 +328,17 @@ def is_constant(values: Array) -> bool:
     return bool(np.ptp(values) <= _ROUNDING * np.max(np.abs(values)))
 
 
-def _model(fit: _Fit, points: Array, values: Array, seed: int) -> Model:
-    """One polynomial, with those of resampled sets of runs.
+def _model(fit: Fit, points: Array, values: Array, level: Array, seed: int) -> Model:
+    """One polynomial of values, those that are taken for constant made 0, and of resampled sets of runs.
 
     Residuals are resampled, divided by their leverage, and with them the variance between cycles; the
     scatter is scaled as its own estimate may be off.
     """
     random = default_rng(seed)
-    runs, cycles = values.shape
+    runs, cycles = level.shape
     free = runs - len(fit.powers)
-    mean = values.mean(axis=1)
-    within = values.var(axis=1, ddof=1) * (1.0 - 1.0 / cycles) if cycles > 1 else np.zeros(runs)
+    mean = level.mean(axis=1)
+    within = level.var(axis=1, ddof=1) * (1.0 - 1.0 / cycles) if cycles > 1 else np.zeros(runs)
     terms = fit.solve(mean)
     smooth = fit.basis @ terms
     residuals = (mean - smooth) / np.sqrt(1.0 - fit.leverage)
@@ -342,28 +348,30 @@ def _model(fit: _Fit, points: Array, values: Array, seed: int) -> Model:
     copies = smooth[:, None] + residuals[drawn] * scale
     again = fit.solve(copies)
     return Model(
+        points=points,
+        values=values,
         fit=fit,
         terms=terms,
         again=again,
         variances=_variances(fit, terms[:, None], mean[:, None], np.array([within.mean()]))[:, 0],
         resampled=_variances(fit, again, copies, within[drawn].mean(axis=0)),
-        left=values - mean[:, None] + residuals[:, None],
+        left=level - mean[:, None] + residuals[:, None],
         scale=scale,
     )
 
 
-def missed_share(model: Model, values: Array) -> float:
+def missed_share(model: Model) -> float:
     """Share of the variance that the polynomial misses at runs that it was made without, at most all of it.
 
     It may be scatter, or what a higher degree would give to any parameter.
     """
-    if is_constant(values):
+    if is_constant(model.values):
         return 0.0
-    error = float(np.mean(left_out(model.fit, values.mean(axis=1)) ** 2))
-    return min(1.0, error / float(np.var(values)))
+    error = float(np.mean(left_out(model.fit, model.values.mean(axis=1)) ** 2))
+    return min(1.0, error / float(np.var(model.values)))
 
 
-def _variances(fit: _Fit, terms: Array, means: Array, within: Array) -> Array:
+def _variances(fit: Fit, terms: Array, means: Array, within: Array) -> Array:
     """Variances of each parameter, interactions and scatter without bias, shape (parameters + 2, sets)."""
     noise = np.sum((means - fit.basis @ terms) ** 2, axis=0) / (len(means) - len(fit.powers))
     squares = terms**2 - noise * fit.spread[:, None]
@@ -374,9 +382,10 @@ def _variances(fit: _Fit, terms: Array, means: Array, within: Array) -> Array:
     return np.array([*(squares[group].sum(axis=0) for group in groups), noise + within])
 
 
-def _certain_signs(model: Model, parameters: int, error: float) -> list[int]:
+def _certain_signs(model: Model, error: float) -> list[int]:
     """Signs of slopes that do not change in the box, in nearly all resampled sets, and are larger than this
     error over half the interval; 0 where not certain."""
+    parameters = model.points.shape[1]
     box = even_points(_POINTS, parameters)
     if parameters <= 8:
         box = np.concatenate([box, np.array(list(itertools.product((-1.0, 1.0), repeat=parameters)))])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -12,38 +11,30 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...base import files as records
-from ...base.arguments import Checks, as_number, meant_or_known
+from ...base.arguments import meant_or_known
 from ...base.named import Named
 from ...base.shown import listed
 from ...base.tables import format_ends
-from ...errors import ArgumentError, ArgumentTypeError, UnknownNameError, describe, warn
+from ...errors import ArgumentError, UnknownNameError, warn
 from ...report import html
 from ...report.document import Table
-from ...run.features import Feature
-from ...run.notices import Notice
-from ...run.settings import Settings
-from ...run.tracking import settling_time
-from ...scene.scene import Interval, Scene
+from ...scene.distributions import Uniform
+from ...scene.scene import Interval
 from ..band.margin import percent
-from ..polynomials.points import leaves_out, nominal_point, on_cube
-from .effects import Effects, find_effects
+from ..polynomials.points import nominal_point, on_cube, unfilled
+from ..sources.run_table import RunTable
+from ..sources.units import units_of
+from .effects import Effects, Fit, Model, find_effects, fits_of, model_of
 from .narrowing import find_narrowing
 from .ranking import Rank, Ranking
-from .reach import FeatureInterval, find_interval, find_reach
-from .swept import SweptRun
+from .reach import FeatureInterval, find_intervals, find_reach
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
-FeatureSpec = Feature | Callable[[Any], ArrayLike]
+    from ..runner import Runner
 
-# Features with the times of the extrema of a feature.
-_TIMES = {
-    "peak": ("time_of_peak",),
-    "lowest": ("time_of_lowest",),
-    "peak_to_peak": ("time_of_peak", "time_of_lowest"),
-}
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -128,17 +119,63 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
         """As `points`, of the nominal run."""
         return on_cube(self.intervals, nominal_point(self.intervals, self.nominal_parameters))
 
+    @property
+    def all_points(self) -> tuple[Array, bool]:
+        """Points of all runs, the nominal one last, and whether they fill the box."""
+        return np.vstack([self.points, self.nominal_point]), not self.failed and not self.leaves_out
+
+    @cached_property
+    def fits(self) -> list[Fit]:
+        """The polynomials that the points allow, the same for all features."""
+        return fits_of(self.points)
+
+    @cached_property
+    def intervals_of_features(self) -> list[FeatureInterval]:
+        """How far each feature reaches over the box; runs that failed count as outside."""
+        points, filled = self.all_points
+        values = np.concatenate([self.runs, self.nominal[None]])
+        share = len(self.runs) / (len(self.runs) + self.failed)
+        return [
+            replace(
+                one,
+                coverage=one.coverage * share,
+                whole_run=one.whole_run * share,
+                tolerated=one.tolerated * share,
+            )
+            for one in find_intervals(points, values, self.random, filled=filled)
+        ]
+
     @cached_property
     def leaves_out(self) -> bool:
         """Whether the runs leave out a part of the box.
 
         Those of a study fill it, though pairs of many parameters may look as if they did not.
         """
-        return self.finished and leaves_out(self.points)
+        return self.finished and bool(unfilled(self.points))
 
 
 NO_FEATURES = FeatureTable((), np.empty((0, 1, 0)), np.empty((1, 0)), {}, np.empty((0, 0)), random=False)
 """The features of a study that asked for none."""
+
+
+def feature_table(runner: Runner, runs: RunTable, random: bool, failed: int) -> FeatureTable:
+    """The features of the runs of a study."""
+    if runs.features is None:
+        return NO_FEATURES
+    names = runs.feature_names
+    return FeatureTable(
+        names,
+        runs.features[:-1],
+        runs.features[-1],
+        runner.intervals,
+        runs.parameters,
+        random,
+        tuple(name for name, given in runner.random.items() if not isinstance(given, Uniform)),
+        units_of(names, runner.features, runner.units, simulated=runner.settings is not None),
+        failed,
+        runner.table,
+        runs.nominal_parameters,
+    )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -207,30 +244,18 @@ class FeatureResult(records.ArrayRecord):
             text += f"; at least {percent(reach.tolerated)} of all mechanisms with 95 % confidence"
         return text
 
-    @cached_property
+    @property
     def interval(self) -> FeatureInterval:
         """How far the feature reaches over the box."""
-        table, (points, values, filled) = self.table, self._at_points()
-        reach = find_interval(points, values, table.random, filled=filled)
-        share = len(self.values) / (len(self.values) + table.failed)
-        return replace(
-            reach,
-            coverage=reach.coverage * share,
-            whole_run=reach.whole_run * share,
-            tolerated=reach.tolerated * share,
-        )
+        return self.table.intervals_of_features[self._column]
 
     @cached_property
     def ends(self) -> tuple[float, float]:
         """Ends of the `interval` alone, without its shares, which take ten times as long."""
-        lower, upper, _ = find_reach(*self._at_points())
+        points, filled = self.table.all_points
+        fits = fits_of(points) if filled else []
+        lower, upper, _ = find_reach(points, np.vstack([self.values, self.nominal]), filled, fits)
         return lower, upper
-
-    def _at_points(self) -> tuple[Array, Array, bool]:
-        """Points and values of all runs, the nominal one last, and whether they fill the box."""
-        table = self.table
-        points = np.vstack([table.points, table.nominal_point])
-        return points, np.vstack([self.values, self.nominal]), not table.failed and not table.leaves_out
 
     @cached_property
     def effects(self) -> Effects:
@@ -245,7 +270,11 @@ class FeatureResult(records.ArrayRecord):
         """
         if self.table.leaves_out:
             warn(f"{self.name}: the runs leave out a part of the box: effects are extrapolated there")
-        return find_effects(list(self.intervals), self.table.points, self.values)
+        return find_effects(list(self.intervals), self._model)
+
+    @cached_property
+    def _model(self) -> Model:
+        return model_of(self.table.points, self.values, self.table.fits)
 
     def quantile(self, shares: ArrayLike) -> Array:
         """Values that so many of the runs, all cycles together, stay below.
@@ -288,9 +317,7 @@ class FeatureResult(records.ArrayRecord):
     @cached_property
     def _ranking(self) -> Ranking:
         effects, table = self.effects, self.table
-        narrowings = find_narrowing(
-            list(self.intervals), table.points, self.values, nominal=table.nominal_point
-        )
+        narrowings = find_narrowing(list(self.intervals), self._model, table.nominal_point)
         rows = [
             Rank(name, narrowing, effects.main[name], effects.monotone.get(name))
             for name, narrowing in narrowings.items()
@@ -299,115 +326,3 @@ class FeatureResult(records.ArrayRecord):
         share = table.failed / (len(self.values) + table.failed)
         shared = effects.interactions, effects.scatter, table.uneven, share, table.leaves_out
         return Ranking(self.name, tuple(rows), *shared)
-
-
-def checked_features(checks: Checks, given: object) -> dict[str, FeatureSpec]:
-    """Features by name from the argument of the user; problems are added to `checks`."""
-    if given is None:
-        return {}
-    if not isinstance(given, Mapping):
-        checks.add(
-            f'features must map names to features such as peak("slider.ax"), got {given!r}', wrong_type=True
-        )
-        return {}
-    checks.names("features", given)
-    asked: dict[str, FeatureSpec] = {}
-    for name, feature in given.items():
-        if not isinstance(name, str):
-            checks.add(f"names of features must be texts, got {name!r}", wrong_type=True)
-        elif not isinstance(feature, Feature) and not callable(feature):
-            checks.add(
-                f'features["{name}"] must be a feature such as peak("slider.ax") or a callable of a run, '
-                f"got {feature!r}",
-                wrong_type=True,
-            )
-        else:
-            asked[name] = feature
-    return asked
-
-
-def tracked_features(asked: Iterable[FeatureSpec]) -> tuple[Feature, ...]:
-    """Features that the core must compute: those of its own kinds, and the times of their extrema."""
-    known = [feature for feature in asked if isinstance(feature, Feature)]
-    known += [Feature(time, feature.of) for feature in known for time in _TIMES.get(feature.kind, ())]
-    return tuple(dict.fromkeys(known))
-
-
-def outputs_of(asked: Mapping[str, FeatureSpec], settings: Settings) -> Sequence[str] | None:
-    """Outputs that features need of the runs: none, or all, at which functions of the user's own may look."""
-    return () if all(isinstance(one, Feature) for one in asked.values()) else settings.outputs
-
-
-def feature_values(
-    asked: Mapping[str, FeatureSpec],
-    settings: Settings,
-    numbers: Iterable[int],
-    run: Callable[[int], SweptRun],
-    parameters: Callable[[int], Mapping[str, float]],
-    tracked: Array,
-    fail: Callable[[int, Exception], None],
-    call: Callable[..., Any],
-) -> Array:
-    """The features of all runs, shape (runs, cycles, features); NaN for runs that are not among the numbers.
-
-    `run` and `parameters` give a run as a callable gets it, and its parameters, by its number; `tracked` are
-    the features from the core in the order of the settings; `fail` gets number and error of every run that
-    has no such feature; `call` calls a function, perhaps for a limited time only.
-    """
-    values = np.full((len(tracked), settings.cycles, len(asked)), np.nan)
-    good = dict.fromkeys(numbers)
-    functions = {}
-    for index, (name, feature) in enumerate(asked.items()):
-        if not isinstance(feature, Feature):
-            functions[index] = (name, feature)
-            continue
-        values[:, :, index] = tracked[:, :, settings.features.index(feature)]
-        unknown = np.flatnonzero(~np.all(np.isfinite(values[:, :, index]), axis=1))
-        for row in [row for row in unknown.tolist() if row in good]:
-            del good[row]
-            fail(row, ArgumentError(f'feature "{name}" is not finite with {describe(parameters(row))}'))
-    for row in good if functions else ():
-        name = ""
-        try:
-            made = run(row)
-            for index, (name, function) in functions.items():
-                values[row, :, index] = call(called, name, function, made, settings.cycles)
-        except Exception as error:
-            error.add_note(f'in feature "{name}" of the run with {describe(parameters(row))}')
-            fail(row, error)
-    return values
-
-
-def settling_notices(
-    asked: Mapping[str, FeatureSpec], settings: Settings, scene: Scene, tracked: Array
-) -> tuple[Notice, ...]:
-    """Features whose extrema lie in the starting transient in at least half of the runs."""
-    settled, found = settling_time(scene), []
-    for name, feature in asked.items():
-        if not isinstance(feature, Feature) or feature.kind not in _TIMES:
-            continue
-        times = [
-            tracked[:, 0, settings.features.index(Feature(kind, feature.of))] for kind in _TIMES[feature.kind]
-        ]
-        early = np.any([time < settled for time in times], axis=0)
-        if 2 * early.sum() >= len(early):
-            text = (
-                f'feature "{name}": its extremum lies in the first revolution, the starting transient, in '
-                f"{early.sum()} of {len(early)} runs; skip {settled:.4g} s to leave it out"
-            )
-            numbers = {"runs": float(early.sum()), "of_runs": float(len(early)), "settled": settled}
-            found.append(Notice("settling", text, (name,), numbers))
-    return tuple(found)
-
-
-def called(name: str, function: Callable[[Any], ArrayLike], run: Any, cycles: int) -> Array:
-    """The result of a callable for a run, shape (cycles,); TypeError or ValueError if it is not finite."""
-    value = function(run)
-    number = as_number(value)
-    array = np.full(cycles, number) if number is not None else np.asarray(value)
-    if array.shape != (cycles,) or array.dtype.kind not in "iuf":
-        wanted = "a number" if cycles == 1 else f"a number, or one for each of {cycles} cycles"
-        raise ArgumentTypeError(f'feature "{name}" must return {wanted}, got {value!r}')
-    if not np.all(np.isfinite(array)):
-        raise ArgumentError(f'feature "{name}" must be finite, got {value!r}')
-    return array.astype(float)

@@ -21,7 +21,6 @@ from .effects import (
     fits_of,
     left_out,
     legendre_terms,
-    model_of,
 )
 
 Array = NDArray[np.float64]
@@ -57,20 +56,15 @@ _CENTRAL = 0.95
 _ENDS = (0.5 - 0.5 * _CENTRAL, 0.5 + 0.5 * _CENTRAL)
 
 
-def find_narrowing(
-    names: list[str], points: Array, values: Array, seed: int = 0, nominal: Array | None = None
-) -> dict[str, Estimate]:
+def find_narrowing(names: list[str], model: Model, nominal: Array | None = None) -> dict[str, Estimate]:
     """Relative reduction of the interval of 95 % of the values when the interval of a
-    parameter is halved towards its nominal value [-].
+    parameter is halved towards its nominal value, from -1 to 1; the midpoint if not given [-].
 
-    `nominal` has these values from -1 to 1; the midpoints if not given.
-
-    The scatter may be of any size and shape in any part of the box. Parameters and errors are those of
-    `find_effects`.
+    The scatter may be of any size and shape in any part of the box.
     """
-    model = model_of(points, values, seed)
+    points, values = model.points, model.values
     nominal = np.zeros(points.shape[1]) if nominal is None else nominal
-    effect, resampled = _narrowed(model, points, nominal, seed)
+    effect, resampled = _narrowed(model, nominal)
     lower, upper = ends_of(resampled)
     lower, upper = lower - _POINTS_ERROR, upper + _POINTS_ERROR
     # By the interval of what the polynomial misses it may be wrong, as far as the runs themselves allow.
@@ -78,7 +72,7 @@ def find_narrowing(
         float(np.ptp(np.quantile(some, _ENDS))) for some in (left_out(model.fit, values.mean(axis=1)), values)
     )
     missed = missed / whole if whole > 0.0 else 0.0
-    least, most = _of_runs(points, values, nominal, seed)
+    least, most = _of_runs(points, values, nominal)
     lower = np.minimum(lower, np.maximum(lower - missed, least))
     upper = np.maximum(upper, np.minimum(upper + missed, most))
     lower, upper = np.minimum(lower, effect), np.maximum(np.minimum(upper, 1.0), effect)
@@ -86,13 +80,13 @@ def find_narrowing(
     return {name: Estimate(*map(float, row)) for name, row in zip(names, rows, strict=True)}
 
 
-def _of_runs(points: Array, values: Array, nominal: Array, seed: int) -> tuple[Array, Array]:
+def _of_runs(points: Array, values: Array, nominal: Array) -> tuple[Array, Array]:
     """Ends of the intervals of the narrowing by the runs in the halved box alone, shape (parameters,).
 
     Without a model they are wide: some runs show little of the tails, and half of them less.
     """
     runs, cycles = values.shape
-    random = default_rng([seed, 2])
+    random = default_rng([0, 2])
     order = np.argsort(values, axis=None)
     ordered = values.ravel()[order]
     # How often each run is in each of the resampled sets, then for each of its cycles in the order of values.
@@ -135,7 +129,7 @@ class _Scatter(NamedTuple):
         return found
 
 
-def _narrowed(model: Model, points: Array, nominal: Array, seed: int) -> tuple[Array, Array]:
+def _narrowed(model: Model, nominal: Array) -> tuple[Array, Array]:
     """By how much the interval of 95 % of the values narrows with each parameter halved, and in resampled
     sets, shapes (parameters,) and (parameters, replicates).
 
@@ -143,8 +137,9 @@ def _narrowed(model: Model, points: Array, nominal: Array, seed: int) -> tuple[A
     several cycles of the size there: nearby ones alone would be too even.
     Resampled sets have random weights of the runs and random signs of the residuals.
     """
+    points = model.points
     runs, parameters = points.shape
-    random = default_rng([seed, 1])
+    random = default_rng([0, 1])
     smooth, residuals = model.fit.basis @ model.terms, model.left.mean(axis=1)
     signs = random.choice([-1.0, 1.0], size=(runs, REPLICATES))
     again = model.fit.solve(smooth[:, None] + residuals[:, None] * signs)

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from ... import _core
 from ...base.shown import Shown
-from ..band.independent import tolerated_share
 from ..band.margin import RESOLVED
-from .effects import best_degree, fits_of, left_out
+from ..band.requirement import tolerated_share
+from .effects import Fit, best_degree, fits_of, left_out
 
 Array = NDArray[np.float64]
 
@@ -53,31 +53,39 @@ class FeatureInterval(Shown):
     tolerated: float
 
 
-def find_interval(points: Array, values: Array, random: bool, *, filled: bool) -> FeatureInterval:
-    """The interval of a feature from its values, shape (runs + 1, cycles), at points of [-1, 1]^k.
+def find_intervals(points: Array, values: Array, random: bool, *, filled: bool) -> list[FeatureInterval]:
+    """The intervals of features from their values, shape (runs + 1, cycles, features), at points of
+    [-1, 1]^k.
 
     The nominal run is the last; the others may be spread at `random` over the box. It is `filled` if none
     have failed and the points leave out no part of it: else no polynomial is extrapolated.
     """
-    runs = len(values) - 1
-    lower, upper, resolved = find_reach(points, values, filled)
+    runs, features = len(values) - 1, [values[:, :, column] for column in range(values.shape[2])]
     folds = np.append(np.arange(runs) % _FOLDS, _FOLDS)  # the nominal run is never left out
-    inside = 0
+    inside = np.zeros(len(features), dtype=int)
     for fold in range(min(_FOLDS, runs)):
         out = folds == fold
-        low, high, _ = find_reach(points[~out], values[~out], filled)
-        inside += int(np.count_nonzero(np.all((values[out] >= low) & (values[out] <= high), axis=1)))
-    return FeatureInterval(
-        lower=lower,
-        upper=upper,
-        verdict="resolved" if resolved else "sampled",
-        coverage=inside / runs,
-        whole_run=(runs - 1) / (runs + 1) if random else math.nan,
-        tolerated=tolerated_share(runs) if random else math.nan,
-    )
+        fits = fits_of(points[~out]) if filled else []
+        for column, own in enumerate(features):
+            low, high, _ = find_reach(points[~out], own[~out], filled, fits)
+            inside[column] += np.count_nonzero(np.all((own[out] >= low) & (own[out] <= high), axis=1))
+    fits, found = fits_of(points) if filled else [], []
+    for own, count in zip(features, inside.tolist(), strict=True):
+        lower, upper, resolved = find_reach(points, own, filled, fits)
+        found.append(
+            FeatureInterval(
+                lower=lower,
+                upper=upper,
+                verdict="resolved" if resolved else "sampled",
+                coverage=count / runs,
+                whole_run=(runs - 1) / (runs + 1) if random else math.nan,
+                tolerated=tolerated_share(runs) if random else math.nan,
+            )
+        )
+    return found
 
 
-def find_reach(points: Array, values: Array, filled: bool) -> tuple[float, float, bool]:
+def find_reach(points: Array, values: Array, filled: bool, fits: list[Fit]) -> tuple[float, float, bool]:
     """Lower and upper end from some runs, and whether a polynomial follows them in the whole box.
 
     The rule is that of bands: the error of the polynomial at a run that it was made without counts against
@@ -87,7 +95,6 @@ def find_reach(points: Array, values: Array, filled: bool) -> tuple[float, float
     if upper == lower or not filled:
         return lower, upper, filled and upper == lower
     mean = values.mean(axis=1)
-    fits = fits_of(points)
     degree = best_degree(fits, mean)
     if degree == 0:
         return lower, upper, False

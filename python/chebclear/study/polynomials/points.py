@@ -159,9 +159,12 @@ def empty_together(cube: Array) -> list[tuple[int, int]]:
     return found
 
 
-def leaves_out(cube: Array) -> bool:
-    """Whether runs leave out a part of the box, alone or in two parameters together; see `empty_parts`."""
-    return any(len(empty_parts(column)) for column in cube.T) or bool(empty_together(cube))
+def unfilled(cube: Array) -> dict[tuple[int, ...], Array]:
+    """The parts of [-1, 1] that runs leave out by single parameters, and by pairs where neither does alone
+    (without their parts); see `empty_parts` and `empty_together`."""
+    parts = {(axis,): empty_parts(column) for axis, column in enumerate(cube.T)}
+    alone = {axes: found for axes, found in parts.items() if len(found)}
+    return alone | dict.fromkeys(empty_together(cube), np.empty((0, 2)))
 
 
 def _share_below(total: Array) -> Array:

@@ -121,22 +121,8 @@ class Surrogate(records.ArrayRecord):
     def fit(
         cls, intervals: Mapping[str, Interval], nodes: Sequence[int], degrees: Sequence[int], values: Array
     ) -> Surrogate:
-        """Fit values on a grid of Chebyshev roots, Eq. (27).
-
-        With one node more than the degree this interpolates, with more it is discrete least squares.
-
-        Parameters
-        ----------
-        intervals : mapping of str to Interval
-            Interval of each parameter [SI units].
-        nodes, degrees : sequence of int
-            Number of nodes and degree in each parameter [-].
-        values : ndarray, shape (runs, samples)
-            Values on `chebyshev_grid`.
-
-        Returns
-        -------
-        Surrogate
+        """Fit values on `chebyshev_grid`, shape (runs, samples), Eq. (27): with one node more than the degree
+        it interpolates, with more it is discrete least squares.
         """
         terms: Array | None = None
         for block in time_blocks(*values.shape):
@@ -169,17 +155,7 @@ class Surrogate(records.ArrayRecord):
             The certified range, see `range`; or Eq. (31), which is wider because it bounds every term of the
             sum separately.
         threads : int, optional
-            As of `range` [-].
-
-        Returns
-        -------
-        tuple of ndarray
-            In the unit of the output.
-
-        Raises
-        ------
-        ValueError
-            As `range`.
+            As of `range`, with its errors [-].
         """
         if kind == "eq31":
             return _core.interval_bounds(self.terms, list(self.degrees))
@@ -199,10 +175,6 @@ class Surrogate(records.ArrayRecord):
         ----------
         threads : int, optional
             Threads [-]; all processors if not given. The results do not depend on the number.
-
-        Returns
-        -------
-        PolynomialRange
 
         Raises
         ------
@@ -239,22 +211,8 @@ class Surrogate(records.ArrayRecord):
         return _core.polynomial_ranges(self.terms, list(self.degrees), threads)
 
     def slope(self, parameter: str) -> Surrogate:
-        """The derivative with respect to one parameter, as a polynomial.
-
-        Parameters
-        ----------
-        parameter : str
-            Name of the parameter.
-
-        Returns
-        -------
-        Surrogate
-            In the unit of the output per unit of the parameter.
-
-        Raises
-        ------
-        ValueError
-            If the parameter is unknown.
+        """The derivative with respect to one parameter, as a polynomial, per unit of that
+        parameter; ValueError if there is no such parameter.
         """
         slopes = self._slopes(self._axis(parameter)) / self.intervals[parameter].half_width
         return replace(self, terms=slopes)
@@ -262,19 +220,7 @@ class Surrogate(records.ArrayRecord):
     def frozen(self, parameter: str) -> Surrogate:
         """The polynomial with one parameter at its nominal value, in which it then has degree 0.
 
-        Parameters
-        ----------
-        parameter : str
-            Name of the parameter.
-
-        Returns
-        -------
-        Surrogate
-
-        Raises
-        ------
-        ValueError
-            If the parameter is unknown.
+        ValueError if there is no such parameter.
         """
         axis = self._axis(parameter)
         at_nominal = nominal_factors(self.intervals[parameter], self.degrees[axis])

@@ -16,10 +16,9 @@ from ...errors import ChebclearError, ChebclearWarning
 from ...report.document import Block, Cell, Table, Text
 from ...run.simulation import simulate
 from ..band.band import Band
-from ..band.independent import mean_share
 from ..band.margin import percent
+from ..band.requirement import mean_share
 from ..polynomials.surrogate import Surrogate
-from ..sources.run_table import bands_of_first
 
 if TYPE_CHECKING:
     from ..results import StudyResult
@@ -45,7 +44,7 @@ def _fewer_runs(result: StudyResult) -> list[Block]:
     count, total = len(result.parameters) // 2, len(result.parameters)
     if result.kind not in _HOW_TO_ADD or count < _LEAST_HALF or not result.bands:
         return []
-    halves = bands_of_first(result, count) if result.kind == "band" else {}
+    halves = result.bands_of_first(count) if result.kind == "band" else {}
     rows: list[list[Cell]] = []
     for name, band in result.bands.items():
         values = result.values(name)

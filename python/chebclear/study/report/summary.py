@@ -17,7 +17,7 @@ from ...execution.pieces import NOT_BEGUN
 from ...scene.scene import Interval
 from ..band.band import Band
 from ..band.margin import percent
-from ..polynomials.points import leaves_out, on_cube
+from ..polynomials.points import on_cube, unfilled
 from .extent import asked_end, sampled_end
 
 if TYPE_CHECKING:
@@ -134,7 +134,7 @@ def suggestions(result: StudyResult) -> list[str]:
     unfit = _unfit(result)
     if unfit:
         advice.append(f"{unfit}; more runs would not change that")
-    elif wide and is_table and leaves_out(on_cube(result.intervals, result.parameters)):
+    elif wide and is_table and unfilled(on_cube(result.intervals, result.parameters)):
         advice.append("runs in the part of the box that the table leaves out, or intervals without it")
     elif wide and requirement is not None:
         more = requirement.runs

@@ -1,5 +1,5 @@
-"""Runs that are not simulated here.
+"""Where the runs of a study come from: scenes, a model of the user's own, or a table of finished runs.
 
-In: a callable that returns named time series and numbers, or a table of finished runs; out: `RunTable`, all
-runs of a study in one table. Uses the chapter `features` and the rooms `run`, `scene` and `base`.
+In: points of the box; out: `RunTable`, all
+runs of a study in one table. Uses `study.polynomials`, `execution`, `run`, `scene` and `base`.
 """

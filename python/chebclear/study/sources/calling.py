@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...base.progress import Progress
-from ...errors import SimulationError, describe, error_text
+from ...errors import SimulationError, describe
 from ...execution.archive import KEY_BYTES
-from ...execution.batch import WORKER_LOST
 from ...execution.calls import Answers, Calls
 from ...execution.counts import STATS
 from ...execution.dispatch import CallingThread, ExecutorWorkers, Source, Task
@@ -79,13 +78,13 @@ class Calling(Source):
         """Make all runs, or those for which there is time."""
         if self.first is not None:
             self._begin(self.first)
-        elif self._store is not None and (key := self._key(self._numbers[0])) in self._store:
-            self._begin(self._first_of(self._store, key))
+        elif self.store is not None and (key := self._key(self._numbers[0])) in self.store:
+            self._begin(self._first_of(self.store, key))
         executor = self._execution.executor
         workers = CallingThread() if executor is None else ExecutorWorkers(executor, self)
         self.make(workers, report, self._execution.max_seconds)
-        if self.first is None and self._store is not None and self._kept:
-            self._begin(self._first_of(self._store, self._kept[0][1]))
+        if self.first is None and self.store is not None and self._kept:
+            self._begin(self._first_of(self.store, self._kept[0][1]))
         self.read_kept(report)
         self._require_success()
 
@@ -98,10 +97,10 @@ class Calling(Source):
             values = len(self.first.t) * (1 + len(self.first.series)) + len(self.first.numbers)
             count = min(count, max(1, _MOST_BYTES // (8 * max(1, values))))
         runs: list[int] = []
-        while len(runs) < count and self._taken < self.total:
-            number = self._numbers[self._taken]
-            self._taken += 1
-            if self._store is not None and (key := self._key(number)) in self._store:
+        while len(runs) < count and self.taken < self.total:
+            number = self._numbers[self.taken]
+            self.taken += 1
+            if self.store is not None and (key := self._key(number)) in self.store:
                 self._kept.append((number, key))
             else:
                 runs.append(number)
@@ -124,11 +123,11 @@ class Calling(Source):
             self._settle(self.first)
 
     def lost(self, runs: Sequence[int], error: BaseException) -> None:
-        message = f"its worker was lost whenever it was tried: {error_text(error)}"
+        super().lost(runs, error)
         for number in runs:
-            lost = SimulationError(WORKER_LOST, 0.0, None, self._given[number], message)
-            self._ended(number, End(WORKER_LOST, message), lost)
-        self.done += len(runs)
+            end = self.ends[number]
+            lost = SimulationError(end.status, 0.0, None, self._given[number], end.message)
+            self._ended(number, end, lost)
 
     def _find_first(self) -> None:
         """The first run in the order of the study that did not fail, whenever it came back."""
@@ -144,8 +143,8 @@ class Calling(Source):
     def _begin(self, first: ReturnedRun) -> None:
         self.first = first
         self._table.begin(first)
-        if self._store is not None:
-            self._store.name(list(first.series), list(first.numbers))
+        if self.store is not None:
+            self.store.name(list(first.series), list(first.numbers))
 
     def _settle(self, first: ReturnedRun) -> None:
         """Put runs that came back into the store and the table."""
@@ -157,8 +156,8 @@ class Calling(Source):
             except ValueError as error:
                 self._fail(number, _named(error, self._given[number]), MODEL)
         self._early = {}
-        if self._store is not None and good:
-            self._store.write([self._key(number) for number in good], _piece(first, list(good.values())))
+        if self.store is not None and good:
+            self.store.write([self._key(number) for number in good], _piece(first, list(good.values())))
         for number, run in good.items():
             self._fill(number, run)
 

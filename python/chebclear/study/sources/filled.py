@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...base.arguments import Checks
 from ...scene.scene import Interval
-from ..polynomials.points import empty_parts, empty_together, on_cube
+from ..polynomials.points import on_cube, unfilled
 
 Array = NDArray[np.float64]
 
@@ -65,53 +65,32 @@ def spread(
 ) -> list[str]:
     """Doubts of runs that leave out a part of the box; problems are added to `checks` if they are said to be
     independent."""
-    doubts = []
-    for text in _together(columns, sides):
-        doubts.append(f"{text}, and nothing that the table says holds there")
-        if independent:
-            checks.add(f"independent says that runs fill the box at random, but {text}")
-    for name, text in gaps(columns, sides).items():
-        doubts.append(f"no run of the table has {text}: nothing it says holds there")
-        if independent:
-            runs = len(columns[name])
-            checks.add(
-                f"independent says that runs fill the box at random, but none of {runs} has {text}: "
-                f'give the interval of "{name}" from which they were drawn'
-            )
-    return doubts
-
-
-def gaps(columns: Mapping[str, Array], sides: Mapping[str, Interval]) -> dict[str, str]:
-    """The parts of each interval without a run, in words."""
-    found = {}
-    for name, side in sides.items():
-        parts = side.midpoint + side.half_width * empty_parts(
-            (columns[name] - side.midpoint) / side.half_width
-        )
-        if len(parts):
-            share = float(np.sum(np.diff(parts))) / (2.0 * side.half_width)
-            ends = " or ".join(f"between {lower:.6g} and {upper:.6g}" for lower, upper in parts)
-            found[name] = f"{name} {ends}, {100.0 * share:.0f} % of its interval"
-    return found
-
-
-def _together(columns: Mapping[str, Array], sides: Mapping[str, Interval]) -> list[str]:
-    """What pairs of parameters leave out together, in words; of runs that fill the box none do."""
     correlated = _correlated(columns)
     found = [
-        f"{one} and {other} vary together (correlation {correlation:.2f}): no run of the table is in most of "
-        "the box"
+        f"in most of the box, since {one} and {other} vary together (correlation {correlation:.2f})"
         for (one, other), correlation in correlated.items()
     ]
-    if not columns or len(sides) < len(columns) or not all(side.half_width > 0.0 for side in sides.values()):
-        return found
-    names = list(columns)
-    pairs = empty_together(on_cube(dict(sides), np.stack(list(columns.values()), axis=-1)))
-    apart = [pair for one, other in pairs if (pair := (names[one], names[other])) not in correlated]
-    if apart:
-        more = f", as do {len(apart) - 1} more pairs" if len(apart) > 1 else ""
-        there = f"leave out a part of the box together{more}: no run of the table is there"
-        found.append(f"{' and '.join(apart[0])} {there}")
+    if columns and len(sides) == len(columns) and all(side.half_width > 0.0 for side in sides.values()):
+        parts = left_out(sides, np.stack(list(columns.values()), axis=-1))
+        pairs = [names for names in parts if len(names) == 2 and names not in correlated]
+        found += [text for names, text in parts.items() if len(names) == 1 or names in pairs[:1]]
+    if independent:
+        for text in found:
+            checks.add(f"independent says that runs fill the box at random, but none is {text}")
+    return [f"no run of the table is {text}: nothing it says holds there" for text in found]
+
+
+def left_out(sides: Mapping[str, Interval], points: Array) -> dict[tuple[str, ...], str]:
+    """The parts of the box that runs leave out, in words, by the one or two parameters that show them."""
+    names, found = list(sides), {}
+    for axes, parts in unfilled(on_cube(sides, points)).items():
+        own = tuple(names[axis] for axis in axes)
+        found[own] = f"in a part of the box that shows in {' and '.join(own)} together"
+        if len(own) == 1:
+            side, share = sides[own[0]], 50.0 * float(np.sum(np.diff(parts)))
+            parts = side.midpoint + side.half_width * parts
+            ends = " or ".join(f"between {lower:.6g} and {upper:.6g}" for lower, upper in parts)
+            found[own] = f"where {own[0]} is {ends}, {share:.0f} % of its interval"
     return found
 
 

@@ -14,8 +14,8 @@ from ...errors import ArgumentError, describe
 from ...run.features import Feature
 from ...run.notices import Notice
 from ...scene.scene import Interval
-from ..polynomials.points import empty_together, is_grid, nominal_point, on_cube
-from .filled import copies_of, gaps, spread
+from ..polynomials.points import is_grid, nominal_point, on_cube
+from .filled import copies_of, left_out, spread
 from .own import check_own_features, sampled_feature
 from .returned import time_axis
 from .run_table import RunTable
@@ -64,11 +64,18 @@ class FinishedRuns:
         """Parameters of the runs but the nominal one."""
         return np.delete(self.parameters, self.nominal, axis=0)
 
-    def require_scattered(self) -> None:
-        """Refuse runs on a grid, since held-out runs must differ from the others.
+    def first(self, runs: int | None, least: int) -> Array:
+        """Parameters of the runs but the nominal one, all or the first so many, for a band.
 
-        Where a parameter has no effect, runs of a grid that differ only in it are equal.
+        They may not be on a grid, where runs that differ in a parameter without effect are equal, nor leave
+        out a part of the box in which others of the table are.
         """
+        wanted = len(self.points) if runs is None else runs
+        if len(self.points) < max(wanted, least):
+            raise ArgumentError(
+                f"the table has {len(self.points)} runs besides the nominal one, {max(wanted, least)} are "
+                "needed"
+            )
         for name, column in zip(self.intervals, self.parameters.T, strict=True):
             if is_grid(column):
                 distinct = len(np.unique(column))
@@ -77,25 +84,14 @@ class FinishedRuns:
                     "duplicates where a parameter has no effect, so that held-out runs prove nothing. Use "
                     "chebyshev() for Chebyshev roots, sample() for the extremes of the runs and features"
                 )
-
-    def require_filled(self, points: Array) -> None:
-        """Refuse runs that leave out a part of the box in which others of the table are."""
-        everywhere, found = (
-            gaps(dict(zip(self.intervals, one.T, strict=True)), self.intervals)
-            for one in (self.points, points)
-        )
-        for name, text in found.items():
-            if name not in everywhere:
-                raise ArgumentError(
-                    f"none of the first {len(points)} runs has {text}, though others of the table are there: "
-                    "use all runs, or put them into a random order"
-                )
-        pairs = [empty_together(self._on_cube(one)) for one in (self.points, points)]
-        if set(pairs[1]) - set(pairs[0]):
+        points = self.points[:wanted]
+        parts = [left_out(self.intervals, one) for one in (self.points, points)]
+        if more := set(parts[1]) - set(parts[0]):
             raise ArgumentError(
-                f"the first {len(points)} runs leave out a part of the box in which others of the table are: "
-                "use all runs, or put them into a random order"
+                f"none of the first {wanted} runs is {parts[1][min(more)]}, though others of the table are "
+                "there: use all runs, or put them into a random order"
             )
+        return points
 
     def run(self, **parameters: float) -> dict[str, Array | float]:
         """The run with these parameters, as a model of one's own returns it."""

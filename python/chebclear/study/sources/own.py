@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,19 +17,20 @@ from ...base.arguments import Checks, did_you_mean
 from ...errors import ArgumentError, describe
 from ...execution.failures import failure_notices
 from ...execution.limited import LimitedCalls
-from ...execution.options import ExecutionOptions
 from ...execution.store import Store
 from ...run.features import JOINT_KINDS, Feature
 from ...run.notices import Notice
 from ...run.settings import RunOptions
-from ...scene.scene import Interval
-from ..features.features import FeatureSpec, called
 from ..polynomials.points import nominal_point
+from .asked import FeatureSpec, called
 from .calling import Calling, call_model
-from .identity import model_facts
+from .reached import model_facts
 from .returned import ReturnedRun
 from .run_table import RunTable
 from .units import require_known
+
+if TYPE_CHECKING:
+    from ..runner import Runner
 
 Array = NDArray[np.float64]
 
@@ -114,47 +115,28 @@ def check_own_features(checks: Checks, asked: Mapping[str, FeatureSpec]) -> None
 
 @dataclass(eq=False)
 class OwnModel:
-    """A callable of the user, called at every point."""
+    """A model of the user's, called at every point."""
 
-    call: Callable[..., Any]
-    """Called as ``call(**parameters, **fixed)``."""
-    intervals: dict[str, Interval]
-    """Interval of each parameter by name."""
-    fixed: Mapping[str, Any]
-    """Further keywords, the same for all runs."""
-    outputs: Sequence[str] | None
-    """Names or patterns of the time series that are kept; all if None."""
-    features: Mapping[str, FeatureSpec]
-    """Features besides the numbers that the model returns."""
-    cycles: int
-    """Equal pieces of the time, each with features of its own [-]."""
-    with_unit: Sequence[str] = ()
-    """Names that were given a unit."""
-    version: str | None = None
-    """What a store compares instead of the code of `call` and what it uses."""
+    version: str | None
+    """What a store compares instead of the code of the model and what it uses."""
     first: ReturnedRun | None = field(default=None, init=False)
     """The run with whose names and instants all others are compared; None before there is one."""
 
     def runs(
-        self,
-        points: Array,
-        *,
-        midpoint: bool,
-        report: Callable[[int, int], None] | None,
-        execution: ExecutionOptions,
+        self, runner: Runner, points: Array, midpoint: bool, report: Callable[[int, int], None] | None
     ) -> RunTable:
         """The runs at the points and, if asked for, last at the nominal values; see `Study` for its errors.
 
-        `report` gets the runs done and the runs in all; `execution` says where they are made and what becomes
-        of those that fail.
+        `report` gets the runs done and the runs in all.
         """
-        rows = np.vstack([points, nominal_point(self.intervals)]) if midpoint else points
-        given = [dict(zip(self.intervals, map(float, row), strict=True)) for row in rows]
+        execution = runner.execution
+        rows = np.vstack([points, nominal_point(runner.intervals)]) if midpoint else points
+        given = [dict(zip(runner.intervals, map(float, row), strict=True)) for row in rows]
         store = None
         if execution.store is not None:
-            store = Store(execution.store, model_facts(self.call, self.fixed, self.version))
-        table = ModelTable(self, given, execution.run_seconds)
-        call = functools.partial(call_model, self.call, self.fixed)
+            store = Store(execution.store, model_facts(runner.build, runner.fixed, self.version))
+        table = ModelTable(runner, given)
+        call = functools.partial(call_model, runner.build, runner.fixed)
         nominal = len(given) - 1 if midpoint else None
         calling = Calling(call, given, nominal, execution, store, table, self.first)
         try:
@@ -185,29 +167,26 @@ class OwnModel:
 class ModelTable:
     """The runs of a model as arrays, with their features."""
 
-    def __init__(
-        self, model: OwnModel, given: Sequence[Mapping[str, float]], run_seconds: float | None
-    ) -> None:
-        self._model = model
+    def __init__(self, runner: Runner, given: Sequence[Mapping[str, float]]) -> None:
+        self._runner = runner
         self._given = given
-        self.limited = LimitedCalls(run_seconds)
+        self.limited = LimitedCalls(runner.execution.run_seconds)
 
     def begin(self, first: ReturnedRun) -> None:
         """Allocate memory for runs like this one."""
-        model, count = self._model, len(self._given)
-        both = [name for name in first.numbers if name in model.features]
+        runner, count = self._runner, len(self._given)
+        both = [name for name in first.numbers if name in runner.features]
         if both:
             raise ArgumentError(f'"{both[0]}" is a number that the model returns and a name in features')
         checks = Checks()
-        require_known(
-            checks, model.with_unit, [*model.intervals, *first.series, *model.features, *first.numbers]
-        )
+        known = [*runner.intervals, *first.series, *runner.features, *first.numbers]
+        require_known(checks, runner.units, known)
         checks.finish()
         self.t = first.t
-        self.chosen = chosen_outputs(list(first.series), model.outputs)
-        self.names = (*model.features, *first.numbers)
+        self.chosen = chosen_outputs(list(first.series), runner.outputs)
+        self.names = (*runner.features, *first.numbers)
         self.values = np.empty((count, len(first.t) if self.chosen else 0, len(self.chosen)))
-        self.features = np.empty((count, model.cycles, len(self.names)))
+        self.features = np.empty((count, runner.cycles, len(self.names)))
         self._numbers = tuple(first.numbers)
 
     def fill(self, number: int, run: ReturnedRun) -> None:
@@ -218,8 +197,8 @@ class ModelTable:
 
     def _features(self, run: ReturnedRun, parameters: Mapping[str, float]) -> Array:
         """Features of a run, those asked for and then the numbers it has, shape (features, cycles)."""
-        rows, cycles = [], self._model.cycles
-        for name, asked in self._model.features.items():
+        rows, cycles = [], self._runner.cycles
+        for name, asked in self._runner.features.items():
             try:
                 if isinstance(asked, Feature):
                     series = run.series[chosen_outputs(list(run.series), [asked.of])[0]]

@@ -23,7 +23,7 @@ import sys
 import sysconfig
 import threading
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import (
     BuiltinFunctionType,
@@ -38,6 +38,7 @@ from typing import Any
 import numpy as np
 
 from ...base.files import package_version
+from ...errors import ArgumentError
 from ...execution.pieces import code_version
 from .bytecode import MISSING, enclosed, uses
 
@@ -114,6 +115,29 @@ def value_text(value: Any) -> str:
     if it cannot be compared."""
     parts = _Walk("value", value).parts
     return parts["value"] if len(parts) == 1 or is_data(value) else _hash(repr(sorted(parts.items())))
+
+
+def model_facts(call: Callable[..., Any], fixed: Mapping[str, Any], version: str | None) -> dict[str, Any]:
+    """What the runs of a model have in common, as JSON has it: all parts that it can reach, or its version.
+
+    Its outputs and features are named when the first run is known. ArgumentError is raised if something that
+    it uses cannot be compared with what it uses in a later session.
+    """
+    name = getattr(call, "__qualname__", type(call).__qualname__)
+    try:
+        parts = {
+            f"fixed {key}": value_text(value) if version is None or is_data(value) else "of the version"
+            for key, value in fixed.items()
+        }
+        if version is None:
+            parts |= reached(call)
+    except UnknownValueError as error:
+        raise ArgumentError(
+            f"store needs to know whether the model is the same the next time, but {error}: give "
+            'version="1" to the study, and another version whenever the model is another'
+        ) from None
+    code = f"model {name}" if version is None else f"model {name}, version {version}"
+    return {"code": code, "topology": "", "settings": parts, "outputs": [], "features": []}
 
 
 class _Walk:

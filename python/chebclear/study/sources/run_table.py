@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +15,6 @@ from ...execution.failures import FailedRun
 from ...run.notices import Notice
 from ...run.settings import Settings
 from ...scene.scene import Scene
-from ..band.band import Band
-from ..band.calibrated import calibrated_bands
-
-if TYPE_CHECKING:
-    from ..results import StudyResult
 
 Array = NDArray[np.float64]
 
@@ -40,9 +34,9 @@ class RunTable:
     values: Array
     """All outputs of all runs in their units, shape (runs + 1, samples, outputs); by crank angle (runs + 1,
     revolutions, samples, outputs)."""
-    features: Array | None
+    features: Array | None = None
     """Features of all runs, shape (runs + 1, cycles, features); None if there are none."""
-    feature_names: tuple[str, ...]
+    feature_names: tuple[str, ...] = ()
     """Names of the features."""
     notices: tuple[Notice, ...] = ()
     """What should be checked, each kind once."""
@@ -76,8 +70,6 @@ class RunTable:
 
     def joined(self, others: Sequence[RunTable]) -> RunTable:
         """These runs and then those of others, which may not know the features; else like this table."""
-        if not others:
-            return self
         tables = [self, *others]
         found = [table.features for table in tables if table.features is not None]
         return replace(
@@ -88,33 +80,3 @@ class RunTable:
             features=np.concatenate(found) if len(found) == len(tables) else None,
             stats=Costs.joined(table.stats for table in tables),
         )
-
-
-OF_RUNS = ("stats", "notices", "settings", "scene", "nominal_parameters", "failures", "seconds")
-"""Fields of a `StudyResult` that are those of the table of its runs."""
-
-
-def runs_of(result: StudyResult, outputs: Sequence[str]) -> RunTable:
-    """The runs of a result with some of its outputs, the nominal one last."""
-    empty, table = np.empty((len(result.parameters) + 1, 0, 0)), result.features
-    return RunTable(
-        result.parameters,
-        np.arange(len(result.parameters)),
-        result.t,
-        tuple(outputs),
-        np.stack([result.table(name) for name in outputs], axis=-1) if outputs else empty,
-        np.concatenate([table.runs, table.nominal[None]]) if table else None,
-        table.names,
-        **{name: getattr(result, name) for name in OF_RUNS}
-        | {"stats": Costs.joined([result.stats]), "notices": ()},
-    )
-
-
-def bands_of_first(result: StudyResult, runs: int, threads: int | None = None) -> dict[str, Band]:
-    """The bands of the first runs of a result of `Study.band` alone, by the rule of the whole."""
-    assert result.requirement is not None, "a result of Study.band"
-    requirement = replace(result.requirement, runs=runs, failed=0)
-    values = runs_of(result, result.outputs).values
-    first = np.concatenate([values[:runs], values[-1:]]), result.intervals, result.parameters[:runs]
-    more = requirement, threads, result.nominal_parameters
-    return calibrated_bands(result.t, result.outputs, *first, *more)

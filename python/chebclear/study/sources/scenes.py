@@ -7,7 +7,8 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,16 +29,18 @@ from ...execution.failures import (
 )
 from ...execution.limited import LimitedCalls
 from ...execution.memory import Usage
-from ...execution.options import ExecutionOptions
 from ...execution.pieces import NOT_BEGUN, SCENE, SETTINGS, End
 from ...execution.store import Store, scene_facts
 from ...run.notices import Notice
 from ...run.settings import Settings
-from ...scene.scene import Interval, Scene
-from ...scene.structure import FlatScene, Structure, Structures, number_at, unpacked
-from ..features.features import FeatureSpec, feature_values, settling_notices
-from ..features.swept import SweptRun
+from ...scene.scene import Scene
+from ...scene.structure import FlatScene, ManyScenes, Structure, Structures, number_at, unpacked
+from .asked import feature_values, settling_notices
 from .run_table import RunTable
+from .swept import SweptRun
+
+if TYPE_CHECKING:
+    from ..runner import Runner
 
 Array = NDArray[np.float64]
 Many = Callable[[Structure, Sequence[float], Mapping[str, Array]], tuple[Array, NDArray[np.bool_]]]
@@ -67,35 +70,25 @@ class SceneRuns:
     """Simulation of the runs at some points, and of the nominal one, as the last, if the midpoint is asked
     for.
 
-    `scene` makes a scene from parameters by name, and `many` the numbers of many at once, if anything does;
-    `rtol` is the tolerance of the study, which single analyses replace, and `usage` what the result takes.
+    `usage` is what the result takes besides the samples.
     """
 
     def __init__(
-        self,
-        scene: Callable[[dict[str, float]], Scene],
-        many: Many | None,
-        intervals: Mapping[str, Interval],
-        points: Array,
-        settings: Settings,
-        features: Mapping[str, FeatureSpec],
-        execution: ExecutionOptions,
-        rtol: float,
-        midpoint: bool,
-        usage: Usage,
+        self, runner: Runner, points: Array, settings: Settings, midpoint: bool, usage: Usage
     ) -> None:
         self._usage = usage
-        self._scene = scene
-        self._many = many
-        self._intervals = intervals
-        nominal = {name: side.nominal for name, side in intervals.items()}
+        self._scene = runner.scene
+        self._many: Many | None = None
+        if isinstance(runner.build, ManyScenes):
+            self._many = partial(runner.build.scene_numbers, fixed=runner.fixed)
+        self._intervals = runner.intervals
+        self._asked = runner.features
+        self._execution = execution = runner.execution
+        self._midpoint = midpoint
+        # That of the study, which single analyses replace.
+        self._rtol = settings.rtol if runner.settings is None else runner.settings.rtol
         self._last = len(points)
         """Number of the nominal run."""
-        self._points = np.vstack([points, list(nominal.values())])
-        self._asked = features
-        self._execution = execution
-        self._midpoint = midpoint
-        self._rtol = rtol
         self._limited = LimitedCalls(execution.run_seconds)
         self._raised: dict[int, Exception] = {}
         self._seen: set[Any] = set()  # so that a place in `build` warns once, not in every run
@@ -103,7 +96,9 @@ class SceneRuns:
         self._structures = Structures()
         self.count = len(points) + midpoint
         with self._watched():
+            nominal = runner.nominal
             self._nominal = self._limited(self._scene, nominal)
+        self._points = np.vstack([points, list(nominal.values())])
         self._like = self._flat(self._nominal, nominal)
         try:
             facts = self._nominal.check()

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from ...base.arguments import Checks, meant_or_known
 from ...run.features import Feature
-from ..features.features import FeatureSpec
+from .asked import FeatureSpec
 
 
 def checked_units(checks: Checks, units: object) -> dict[str, str]:

@@ -1,0 +1,223 @@
+"""Answers of a study from the table of its runs: bands, features, notices, and further runs."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.arguments import Checks
+from ..errors import ArgumentError
+from ..execution.failures import count_failed
+from ..run.notices import Notice
+from .band.limits import largest_clearances, physical_limits
+from .band.notices import doubts, early_widths, remarks, told_holes
+from .band.requirement import Requirement
+from .band.worst import WorstCase, predicted_extremes
+from .by_angle import cut, unpredictable
+from .features.features import feature_table
+from .polynomials.holes import fit_holes
+from .polynomials.points import in_box, on_cube
+from .polynomials.surrogate import BoundKind
+from .results import StudyResult
+from .runner import Runner
+from .sources.finished import FinishedRuns
+from .sources.run_table import RunTable
+
+Array = NDArray[np.float64]
+
+LEAST_RUNS = 3
+"""Runs of a band [-]."""
+# Largest difference of parameters of runs at one point, over half the interval.
+_SAME_POINT = 1e-9
+# The same of values of one model, over the largest.
+_SAME_VALUES = 1e-6
+
+
+def of_grid(
+    runner: Runner,
+    counts: tuple[int, ...],
+    degrees: tuple[int, ...] | None,
+    bounds: BoundKind,
+    kind: str | None,
+    random: bool,
+    runs: RunTable,
+) -> StudyResult:
+    """The result of runs on a grid of so many points, then of others that check its polynomials."""
+    found = StudyResult.from_runs(
+        runs,
+        runner.intervals,
+        degrees=degrees,
+        nodes=counts,
+        bounds=bounds,
+        threads=runner.execution.threads,
+        kind=kind,
+        features=feature_table(runner, runs, random, count_failed(runs.failures)),
+        units=runner.units,
+    )
+    # A result that is read from a file already has these notices.
+    messages = [*doubts(found.bands), *early_widths(found.bands, found.scene)]
+    lost = [one.index for one in runs.failures if one.index < math.prod(counts)]
+    if degrees is not None and lost:
+        messages += told_holes(fit_holes(counts, degrees, lost))
+    return replace(found, notices=(*found.notices, *messages))
+
+
+def of_band(
+    runner: Runner, requirement: Requirement, others: Sequence[StudyResult], made: RunTable
+) -> StudyResult:
+    """The result of `Study.band` from its new runs and those of others."""
+    turns, count = requirement.revolutions, len(made.kept)
+    runs = made if turns is None else cut(made, turns)
+    if not runs.outputs:
+        raise ArgumentError(
+            "a band needs outputs over time: name some in Study(outputs=...), or have the model or table "
+            "hold them; Study.sample() is for features alone"
+        )
+    if count < LEAST_RUNS:
+        raise ArgumentError(
+            f"a band needs at least {LEAST_RUNS} runs, {count} of {count + len(runs.failures)} have a "
+            f"result; the first of the others is {runs.failures[0]}"
+        )
+    limits = dict.fromkeys(runs.outputs, (-math.inf, math.inf))
+    if runs.scene is not None:
+        largest = largest_clearances(runner.scene, runner.intervals, runs.scene, runs.clearances)
+        limits = physical_limits(runs.outputs, largest)
+    requirement = replace(requirement, runs=count, failed=count_failed(runs.failures), limits=limits)
+    messages = [] if turns is not None else unpredictable(runs)
+    return joined(runner, requirement, runs, None, others, [*runs.notices, *messages])
+
+
+def joined(
+    runner: Runner,
+    requirement: Requirement,
+    runs: RunTable,
+    kept: RunTable | None,
+    others: Sequence[StudyResult],
+    notices: Sequence[Notice],
+) -> StudyResult:
+    """The result of runs at points of the study, the nominal one last, of those that were `kept` from results
+    included before, and of other results, whose runs may lie on a grid."""
+    count = requirement.runs
+    if others or kept is not None:
+        scored, nominal = runs[:count], runs[count:]
+        tables = ([] if kept is None else [kept]) + _tables(runner, others, requirement, runs)
+        kept = _without_twins(runner, scored, tables[0].joined(tables[1:]))
+        notices = [*notices, *_foreign(runner, others, nominal)]
+        runs = scored.joined([kept, nominal]) if len(kept.parameters) else runs
+    alone = len(runs.parameters) == count
+    random = alone and (not isinstance(runner.model, FinishedRuns) or runner.model.independent)
+    result = StudyResult.from_runs(
+        runs,
+        runner.intervals,
+        requirement=requirement,
+        threads=runner.execution.threads,
+        features=feature_table(runner, runs, random, requirement.failed),
+        units=runner.units,
+    )
+    # Shortcomings of the bands are known only now.
+    messages = [*remarks(result.bands, requirement), *early_widths(result.bands, result.scene)]
+    return replace(result, notices=(*notices, *messages))
+
+
+def simulated_extremes(runner: Runner, result: StudyResult) -> tuple[WorstCase, ...]:
+    """Runs at the worst cases that the polynomials of a result predict; see `StudyResult.check`."""
+    found = [
+        (name, *extreme)
+        for name, band in result.bands.items()
+        if band.verdict == "resolved" and band.surrogate is not None
+        for extreme in predicted_extremes(band)
+    ]
+    if not found:
+        raise ArgumentError(
+            "no output is resolved by a polynomial, so there is no worst case to be checked: more runs "
+            "may resolve one; features of the runs and their ranking need none"
+        )
+    points = np.array([at for _, _, _, at, _ in found])
+    runs = runner.made(points, result.settings, midpoint=False)
+    columns = [runs.outputs.index(name) for name, *_ in found]
+    rows = {int(point): row for row, point in enumerate(runs.kept)}
+    return tuple(
+        WorstCase(
+            output=name,
+            side=side,
+            time=float(result.t[sample]),
+            parameters=dict(zip(runner.intervals, map(float, at), strict=True)),
+            predicted=predicted,
+            simulated=float(runs.values[rows[point], sample, column]) if point in rows else math.nan,
+        )
+        for point, ((name, side, sample, at, predicted), column) in enumerate(
+            zip(found, columns, strict=True)
+        )
+    )
+
+
+def _tables(
+    runner: Runner, results: Sequence[StudyResult], requirement: Requirement, own: RunTable
+) -> list[RunTable]:
+    """The runs of other results, which must be of the same study or of a table of finished runs of it."""
+    checks = Checks()
+    for index, result in enumerate(results):
+        missing = [name for name in own.outputs if name not in result.outputs]
+        if missing:
+            checks.add(f"include[{index}] misses the outputs {', '.join(missing)}")
+        revolutions = None if result.requirement is None else result.requirement.revolutions
+        if revolutions != requirement.revolutions:
+            checks.add(f"include[{index}] has other revolutions, or none")
+        elif len(result.t) != len(own.t) or np.max(np.abs(result.t - own.t)) > 1e-9 * (own.t[-1] - own.t[0]):
+            checks.add(f"include[{index}] has other instants")
+        if result.scene is not None and result.scene != own.scene:
+            checks.add(f"include[{index}] is of another runner: its midpoint is another scene")
+        elif result.parameter_names != tuple(runner.intervals):
+            checks.add(f"include[{index}] has the parameters {', '.join(result.parameter_names)}")
+        elif not in_box(runner.intervals, result.parameters):
+            checks.add(f"include[{index}] has runs outside of the intervals of this study")
+    checks.finish()
+    return [result.run_table(own.outputs)[: len(result.parameters)] for result in results]
+
+
+def _foreign(runner: Runner, results: Sequence[StudyResult], nominal: RunTable) -> list[Notice]:
+    """Notices of included results that are not those of this model at the midpoint, if they have the same.
+
+    Other scenes are refused; what a model of one's own computes is not known.
+    """
+    found = []
+    for index, result in enumerate(results):
+        same = all(result.intervals[name].nominal == side.nominal for name, side in runner.intervals.items())
+        if runner.settings is not None or not same or result.nominal_parameters is not None:
+            continue
+        values = nominal.values[0]
+        other = np.stack([result[name].nominal for name in nominal.outputs], axis=-1)
+        size = np.maximum(np.max(np.abs(values), axis=0), np.max(np.abs(other), axis=0))
+        if np.any(np.abs(values - other) > _SAME_VALUES * size):
+            text = (
+                f"include[{index}] has other values at the midpoint than this study: it is of another model, "
+                "or results of the model are random"
+            )
+            found.append(Notice("foreign", text))
+    return found
+
+
+def _without_twins(runner: Runner, scored: RunTable, kept: RunTable) -> RunTable:
+    """The included runs at points that no held-out run has, and those that are the same only once.
+
+    A run that is held out while its twin is not would always be inside.
+    """
+    # Points are the same to rounding; bit for bit where they come from the same sequence.
+    own, others = (
+        [
+            point.tobytes()
+            for point in np.round(on_cube(runner.intervals, table.parameters) / _SAME_POINT) + 0.0
+        ]
+        for table in (scored, kept)
+    )
+    held_out = set(own)
+    first: dict[tuple[bytes, bytes], int] = {}
+    for row, (point, values) in enumerate(zip(others, kept.values, strict=True)):
+        if point not in held_out:  # a table may have several runs at one point
+            first.setdefault((point, hashlib.sha256(values.tobytes()).digest()), row)
+    return kept[np.array(list(first.values()), dtype=np.intp)]
