@@ -36,15 +36,6 @@ def test_forked_workers_give_the_same_bits(whole):
         assert study(pool).scan(9) == whole
 
 
-def test_a_dask_cluster_gives_the_same_bits(whole):
-    distributed = pytest.importorskip("distributed", reason="needs chebclear[dask]")
-    cluster = distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=False, dashboard_address=None
-    )
-    with cluster, distributed.Client(cluster) as client:
-        assert study(client.get_executor(pure=False)).scan(9) == whole
-
-
 class Failing:
     """An executor whose workers are lost when they get certain runs."""
 

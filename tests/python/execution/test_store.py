@@ -186,12 +186,9 @@ def test_packed_pieces_are_refused(tmp_path, simulated):
 
 def test_another_study_is_refused_with_the_difference(tmp_path, monkeypatch):
     study(tmp_path).scan(2)
-    with pytest.raises(cc.errors.StoreError, match=r"0\.003.*0\.005"):
-        study(tmp_path, duration=0.005).scan(2)
-    with pytest.raises(cc.errors.StoreError, match=r"1e-06.*1e-08"):
-        study(tmp_path, rtol=1e-8).scan(2)
-    with pytest.raises(cc.errors.StoreError, match=r"slider\.ax"):
-        study(tmp_path, ["slider.ax"]).scan(2)
+    for name, other in {"duration": {"duration": 0.005}, "rtol": {"rtol": 1e-8}, "outputs": {}}.items():
+        with pytest.raises(cc.errors.StoreError, match=f"  {name}: "):
+            study(tmp_path, ["slider.ax"] if name == "outputs" else ["slider.x"], **other).scan(2)
     pendulum = cc.Study(
         lambda length: cc.Scene(
             [cc.Body("slider", 1.0, length)], [cc.Prismatic("guide", "ground", "slider", (1.0, 0.0))]

@@ -1,8 +1,6 @@
 """Calibrated studies: closed forms, fresh runs, points against SciPy, sampling steps, wrong input."""
 
-import copy
 import math
-import pickle
 import warnings
 from types import SimpleNamespace
 
@@ -12,31 +10,19 @@ import pytest
 from chebclear import _core
 from chebclear.base.files import same
 from chebclear.study import designs, runner
-from chebclear.study.band.independent import exact_runs
 from chebclear.study.band.limits import physical_limits
+from chebclear.study.band.requirement import exact_runs
 from chebclear.study.polynomials.total_degree import TotalDegree, total_degree_polynomial
+from falling import PLANET, TIME, faller, height
 from interrupts import work_after_interrupt
+from notices import codes
+from refusals import refuses
 from scipy.stats import qmc
 
-TIME = {"duration": 0.4, "samples": 41}
-PLANET = {"gravity": cc.Interval(8.0, 11.0), "tilt": cc.Interval(0.3, 1.2)}
 LENGTHS = {"crank_length": cc.Interval.around(0.05, rel=0.1), "rod_length": cc.Interval.around(0.12, rel=0.1)}
 WRIST = ["slider.x", "slider.vx", "slider.ax", "wrist.penetration", "wrist.normal_force", "wrist.contact"]
 
 T = np.linspace(0.0, 1.0, 21)
-
-
-def faller(gravity=9.81, tilt=0.5 * math.pi, mass=2.0):
-    """A block on a guide without friction: along the guide it falls by gravity sin(tilt) t^2 / 2."""
-    return cc.Scene(
-        [cc.Body("block", mass=mass, inertia=0.1)],
-        [cc.Prismatic("guide", "ground", "block", axis=(math.cos(tilt), math.sin(tilt)))],
-        [cc.Gravity((0.0, -gravity))],
-    )
-
-
-def height(t, gravity, tilt):
-    return -0.5 * gravity * np.sin(tilt) ** 2 * t**2
 
 
 def planet_study(**options):
@@ -110,19 +96,8 @@ def test_ranges_take_the_threads_they_are_given(planet, monkeypatch):
         band.monotone("gravity", threads=threads)
         band.interval_share("gravity", threads=threads)
     assert asked == 5 * [None] + 5 * [2]
-    with pytest.raises(ValueError, match="threads"):
+    with refuses("threads"):
         band.worst("upper", threads=0)
-
-
-def test_a_constant_output_has_no_width_and_all_runs_inside():
-    # The sum of 0.1 over a number of runs, over that number, is 0.1 but for its rounding.
-    def model(height):
-        return {"t": np.linspace(0.0, 1.0, 50), "same": np.full(50, 0.1), "varies": np.full(50, height)}
-
-    result = cc.Study(model, {"height": cc.Interval(0.0, 1.0)}).band(41)
-    same = result["same"]
-    assert same.verdict == "resolved" and same.coverage == 1.0 and same.max_width < 1e-14
-    assert np.all((same.lower <= 0.1) & (0.1 <= same.upper))
 
 
 def test_impacts_are_calibrated_and_say_so(wrist):
@@ -231,7 +206,7 @@ def test_a_table_of_finished_runs_takes_part():
     assert result["block.y"].verdict == "resolved"
     np.testing.assert_allclose(result["block.y"].upper, height(t, 8.0, 0.3), atol=0.02)
     wider = cc.Study(faller, PLANET | {"tilt": cc.Interval(0.2, 1.3)}, ["block.y", "block.vy"], **TIME)
-    with pytest.raises(ValueError, match=r"include\[0\]"):
+    with refuses("include[0]"):
         study.band(12, include=wider.scan(2))
 
 
@@ -241,31 +216,14 @@ def test_threads_do_not_change_a_bit(wrist):
         assert same(wrist_study(threads=1).band(41).bands, wrist.bands)
 
 
-def test_results_are_values(wrist, tmp_path):
-    assert copy.copy(wrist) == wrist and wrist.study is not None
-    pickled = pickle.loads(pickle.dumps(wrist))
-    assert pickled == wrist and pickled.study is None
-    loaded = cc.results.StudyResult.load(wrist.save(tmp_path / "wrist"))
-    assert loaded == wrist and loaded.requirement == wrist.requirement
-    assert repr(wrist).startswith("<StudyResult: band, 41 runs, slider.x")
-
-
 def test_too_few_runs_are_told():
     study = wrist_study(samples=61)
-    with pytest.warns(cc.ChebclearWarning, match=r"5.*99.9") as told:
+    with pytest.warns(cc.ChebclearWarning) as told:
         result = study.band(5)
     assert {one.filename for one in told} == {__file__}
-    assert result["wrist.normal_force"].verdict == "undersampled"
-    with pytest.warns(cc.ChebclearWarning, match="undersampled"):
-        again = result.extend(0)
-    assert again == result
-    assert not [text for text in study.band(5, coverage=0.9).warnings if "undersampled: 5 runs" in text]
-
-
-def test_a_parameter_without_effect_and_two_samples():
-    study = cc.Study(faller, {"mass": cc.Interval(1.0, 3.0)}, ["block.y"], duration=0.4, samples=2)
-    band = study.band(5)["block.y"]
-    assert band.verdict == "resolved" and band.max_width < 1e-9
+    assert result["wrist.normal_force"].verdict == "undersampled" and "undersampled" in codes(result)
+    with pytest.warns(cc.ChebclearWarning):
+        assert result.extend(0) == result
 
 
 def noise(a, b):
@@ -305,10 +263,10 @@ def test_included_runs_of_another_model_are_told():
     study, other = (
         cc.Study(lambda a, c: {"t": t, "x": np.sin(3.0 * t + a) * c}, box, fixed={"c": c}) for c in (1.0, 2.0)
     )
-    with pytest.warns(cc.ChebclearWarning, match=r"include\[0\]"):
-        study.band(21, include=other.scan(3))
-    with pytest.warns(cc.ChebclearWarning, match=r"include\[1\]"):
-        study.band(21).extend(0, include=[study.scan(3), other.scan(3)])
+    with pytest.warns(cc.ChebclearWarning):
+        assert "foreign" in codes(study.band(21, include=other.scan(3)))
+    with pytest.warns(cc.ChebclearWarning):
+        assert "foreign" in codes(study.band(21).extend(0, include=[study.scan(3), other.scan(3)]))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         study.band(21, include=study.scan(3))
@@ -360,7 +318,7 @@ def test_runs_that_differ_by_offsets_are_single_observations():
         result = cc.Study(offset, box).band(runs)
         band = result["x"]
         assert band.verdict == "undersampled" and band.margin.persistence > 0.99
-        assert any("999 verify it in any case" in text for text in result.warnings)
+        assert [one.numbers["needed"] for one in result.notices if one.code == "undersampled"] == [999]
     assert cc.Study(offset, box).band(21, coverage=0.95)["x"].verdict == "calibrated"
     assert cc.Study(noise, box).band(81)["x"].margin.persistence < 0.1
 
@@ -412,20 +370,16 @@ def test_generators_and_none_draw_a_seed_that_is_kept():
 
 def test_wrong_input_is_listed():
     study = planet_study()
-    with pytest.raises(ValueError) as caught:
+    with refuses("runs", "coverage", "rtol", "rng"):
         study.band(2, coverage=1.0, rtol=1.0, rng=-1)
-    for part in ("runs must be", "coverage must be", "rtol must be", "rng must be"):
-        assert part in str(caught.value)
-    with pytest.raises(TypeError, match="include"):
+    with refuses("include", error=TypeError):
         study.band(5, include=[3])
     other = cc.Study(faller, PLANET, ["block.y"], duration=0.4, samples=21).scan(2)
-    with pytest.raises(ValueError) as caught:
+    with refuses("include[0]", "include[1]"):
         study.band(5, include=[other, cc.Study(faller, {"tilt": PLANET["tilt"]}, **TIME).scan(2)])
-    for part in ("include[0] misses the outputs block.vy", "include[0] has other instants", "include[1]"):
-        assert part in str(caught.value)
     with pytest.raises(cc.errors.ArgumentError):
         study.scan(2).extend(3)
-    with pytest.raises(ValueError, match="runs must be"):
+    with pytest.raises(cc.errors.ArgumentError):
         study.band(100, max_runs=50)
     many = {f"p{index}": cc.Interval(1.0, 2.0) for index in range(33)}
     with pytest.raises(ValueError, match="32"):
@@ -480,8 +434,7 @@ def test_the_hull_of_independent_runs_says_what_it_holds():
     assert band.verdict == "certified" and band.margin.method == "runs" and band.surrogate is None
     assert band.coverage == pytest.approx(0.98, abs=1e-12)
     assert np.array_equal(band.upper, np.maximum(band.runs.max(axis=0), band.nominal))
-    assert "99 independent runs: 98 % of the samples" in result.statement
-    assert "an estimate" in study.band(15).statement and study.scan(2).statement is None
+    assert study.scan(2).statement is None
     # Nothing is evened out: the points are those of a plain generator, and go on.
     assert not np.array_equal(result.parameters, study.band(99, coverage=0.97, rng=1).parameters)
     assert study.band(70, coverage=0.97).extend(29) == result
@@ -541,7 +494,6 @@ def test_a_confidence_takes_the_runs_of_wilks():
     study = cc.Study(noise, {name: cc.Interval(0.0, 1.0) for name in "ab"})
     result = study.band(coverage=0.95, confidence=0.95)
     assert len(result.parameters) == 93 and result["x"].verdict == "certified"
-    assert "With 95 % confidence the bounds at an instant hold 95 %" in result.statement
 
 
 @pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")

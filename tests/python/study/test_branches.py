@@ -75,8 +75,9 @@ def rhombus(height):
 @pytest.mark.parametrize("on_failure", ["collect", "raise"])
 def test_a_study_over_two_branches_is_refused_with_its_parameters(on_failure):
     study = cc.Study(rhombus, {"height": cc.Interval(-0.5, 0.9)}, ["block.x"], on_failure=on_failure, **TIME)
-    with pytest.raises(cc.errors.SceneError, match=r"-0\.5"):
+    with pytest.raises(cc.errors.SceneError) as caught:
         study.scan(5)
+    assert caught.value.problems[0].path == "scene with height = -0.5: branch"
     cc.Study(rhombus, {"height": cc.Interval(0.2, 0.9)}, ["block.x"], **TIME).scan(5)
 
 
@@ -86,8 +87,9 @@ def test_a_branch_that_only_runs_inside_the_box_take_is_refused_too():
 
     study = cc.Study(inside, {"height": cc.Interval(0.2, 0.9)}, ["block.x"], **TIME)
     study.scan(2)
-    with pytest.raises(cc.errors.SceneError, match=r"0\.375"):
+    with pytest.raises(cc.errors.SceneError) as caught:
         study.scan(5)
+    assert caught.value.problems[0].path == "scene with height = 0.375: branch"
 
 
 def guessed(x, guesses=(0.0, 0.0)):

@@ -6,13 +6,12 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear import _core
-from chebclear.study.features.effects import (
-    find_effects,
-    legendre_terms,
-)
+from chebclear.study.band.requirement import tolerated_share
+from chebclear.study.features.effects import find_effects, legendre_terms, model_of
 from chebclear.study.features.narrowing import find_narrowing
-from chebclear.study.features.reach import find_interval, tolerated_share
+from chebclear.study.features.reach import find_intervals
 from chebclear.study.polynomials.points import even_points
+from refusals import refuses
 
 # Variances of z, z² and z1 z2 for z uniform in [-1, 1]: 1/3, 4/45 and 1/9.
 LINE, SQUARE, PRODUCT = 1.0 / 3.0, 4.0 / 45.0, 1.0 / 9.0
@@ -61,7 +60,7 @@ def test_true_shares_are_in_their_intervals(name, scatter):
         random = np.random.default_rng([repetition, parameters])
         points = random.uniform(-1.0, 1.0, (41, parameters))
         values = function(points) + deviation * random.normal(size=41)
-        effects = find_effects(names, points, values[:, None])
+        effects = find_effects(names, model_of(points, values[:, None]))
         estimates = [*effects.main.values(), effects.interactions, effects.scatter]
         assert all(0.0 <= each.lower <= each.value <= each.upper <= 1.0 for each in estimates)
         hits.append([e.lower - 1e-9 <= t <= e.upper + 1e-9 for e, t in zip(estimates, truth, strict=True)])
@@ -77,7 +76,7 @@ def test_scatter_between_cycles_is_scatter():
         random = np.random.default_rng(repetition)
         points = random.uniform(-1.0, 1.0, (41, 2))
         values = math.sqrt(6.0) * points[:, :1] + random.normal(size=(41, 1)) + random.normal(size=(41, 4))
-        effects = find_effects(["a", "b"], points, values)
+        effects = find_effects(["a", "b"], model_of(points, values))
         truth = {"a": 0.5, "b": 0.0, "scatter": 0.5}
         found = effects.main | {"scatter": effects.scatter}
         hits.append([found[name].lower <= truth[name] <= found[name].upper for name in truth])
@@ -96,7 +95,7 @@ def test_intervals_hold_what_a_low_degree_misses():
         product = 0.5 * (3.0 * z[:, 0] ** 2 - 1.0) * z[:, 1]
         values = math.sqrt(line / LINE) * z[:, 1] + math.sqrt(interaction / (LINE / 5.0)) * product
         values += math.sqrt(scatter) * random.normal(size=41)
-        effects = find_effects(["a", "b"], z, values[:, None])
+        effects = find_effects(["a", "b"], model_of(z, values[:, None]))
         degrees.append(effects.degree)
         found = (effects.interactions, interaction), (effects.main["b"], line), (effects.scatter, scatter)
         hits.append([estimate.lower <= truth <= estimate.upper for estimate, truth in found])
@@ -107,7 +106,7 @@ def test_intervals_hold_what_a_low_degree_misses():
 def test_narrowing_of_a_sum_of_lines():
     """The interval of one line halves; where two share the spread, brute force says by how much."""
     points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 2))
-    alone = find_narrowing(["a", "b"], points, (3.0 * points[:, 0])[:, None])
+    alone = find_narrowing(["a", "b"], model_of(points, (3.0 * points[:, 0])[:, None]))
     assert alone["a"].value == pytest.approx(0.5, abs=2e-3)
     assert alone["a"].lower <= 0.5 <= alone["a"].upper
     assert alone["b"].value == pytest.approx(0.0, abs=1e-9)
@@ -115,7 +114,7 @@ def test_narrowing_of_a_sum_of_lines():
     width, halved = (
         np.ptp(np.quantile(many @ slopes, [0.025, 0.975])) for slopes in ((2.0, 1.0), (1.0, 1.0))
     )
-    both = find_narrowing(["a", "b"], points, (points @ [2.0, 1.0])[:, None])
+    both = find_narrowing(["a", "b"], model_of(points, (points @ [2.0, 1.0])[:, None]))
     assert both["a"].lower <= 1.0 - halved / width <= both["a"].upper
     assert both["a"].value == pytest.approx(1.0 - halved / width, abs=5e-3)
 
@@ -132,7 +131,7 @@ def test_an_alternation_whose_size_is_a_parameter_narrows_with_it(lower, upper):
     many = random.uniform(-1.0, 1.0, (400_000, 2))
     width, halved = (np.ptp(np.quantile(feature(many * [1.0, part]), [0.025, 0.975])) for part in (1.0, 0.5))
     points = random.uniform(-1.0, 1.0, (41, 2))
-    found = find_narrowing(["a", "b"], points, feature(points))["b"]
+    found = find_narrowing(["a", "b"], model_of(points, feature(points)))["b"]
     assert found.lower <= 1.0 - halved / width <= found.upper
     assert found.value == pytest.approx(1.0 - halved / width, abs=0.02)
 
@@ -143,7 +142,7 @@ def test_narrowings_of_eight_parameters():
     random = np.random.default_rng(1)
     many, points = random.uniform(-1.0, 1.0, (1_000_000, 8)), random.uniform(-1.0, 1.0, (81, 8))
     names = [f"p{index}" for index in range(8)]
-    found = find_narrowing(names, points, ((points @ weights) ** 2)[:, None])
+    found = find_narrowing(names, model_of(points, ((points @ weights) ** 2)[:, None]))
     whole = np.ptp(np.quantile((many @ weights) ** 2, [0.025, 0.975]))
     for axis, name in enumerate(names):
         halved = many.copy()
@@ -157,7 +156,8 @@ def test_what_bends_is_no_scatter_where_runs_allow_lines_alone():
     for runs, parameters in ((60, 8), (12, 3), (6, 1)):
         points = np.random.default_rng(1).uniform(-1.0, 1.0, (runs, parameters))
         names, values = [f"p{axis}" for axis in range(parameters)], (points[:, :1] ** 2)
-        effects, found = find_effects(names, points, values), find_narrowing(names, points, values)
+        model = model_of(points, values)
+        effects, found = find_effects(names, model), find_narrowing(names, model)
         assert effects.scatter.lower == 0.0 and effects.main["p0"].upper > 0.9
         # Halving leaves a quarter of a parabola.
         assert found["p0"].lower <= 0.75 and (parameters == 1 or found["p0"].upper >= 0.75)
@@ -179,7 +179,7 @@ def test_scatter_that_grows_with_a_parameter_narrows_with_it():
     for repetition in range(8):
         random = np.random.default_rng([repetition, 7])
         points = random.uniform(-1.0, 1.0, (81, 2))
-        found = find_narrowing(["a", "b"], points, feature(points, random)[:, None])["a"]
+        found = find_narrowing(["a", "b"], model_of(points, feature(points, random)[:, None]))["a"]
         hits.append(found.lower <= 1.0 - halved / whole <= found.upper)
         values.append(found.value)
     assert np.mean(hits) >= 0.75
@@ -190,7 +190,7 @@ def test_swings_are_the_means_at_the_ends():
     names, z = ["p0", "p1", "p2"], even_points(60, 3)
     # The mean of 0.5 z² is 1/6 where the parameter is free, and 0.5 at its ends.
     truth = {"p0": (-2.0 + 1.0 / 6.0, 2.0 + 1.0 / 6.0), "p1": (-5.0 / 6.0, 7.0 / 6.0), "p2": (0.5, 0.5)}
-    exact = find_effects(names, z, quadratic(z)[:, None])
+    exact = find_effects(names, model_of(z, quadratic(z)[:, None]))
     assert exact.mean == pytest.approx(1.0 / 6.0, abs=1e-9)
     for name, ends in truth.items():
         swing = exact.swings[name]
@@ -198,7 +198,7 @@ def test_swings_are_the_means_at_the_ends():
     hits = []
     for seed in range(25):
         noise = np.random.default_rng(seed).normal(scale=0.7, size=60)
-        scattered = find_effects(names, z, (quadratic(z) + noise)[:, None], seed)
+        scattered = find_effects(names, model_of(z, (quadratic(z) + noise)[:, None], seed=seed))
         for name, ends in truth.items():
             swing = scattered.swings[name]
             ranges = zip(ends, (swing.at_lower_range, swing.at_upper_range), strict=True)
@@ -222,7 +222,7 @@ def test_scatter_that_is_large_at_both_ends_narrows_from_both():
     for repetition in range(6):
         random = np.random.default_rng([repetition, 8])
         points = random.uniform(-1.0, 1.0, (81, 2))
-        found = find_narrowing(["a", "b"], points, feature(points, random)[:, None])["a"]
+        found = find_narrowing(["a", "b"], model_of(points, feature(points, random)[:, None]))["a"]
         hits.append(found.lower <= 1.0 - halved / whole <= found.upper)
         values.append(found.value)
     assert np.mean(hits) >= 0.75
@@ -232,9 +232,10 @@ def test_scatter_that_is_large_at_both_ends_narrows_from_both():
 def test_monotone_only_where_certain():
     points = np.random.default_rng(3).uniform(-1.0, 1.0, (60, 3))
     values = np.exp(points[:, 0]) - 0.4 * points[:, 1] + points[:, 2] ** 2
-    assert find_effects(["a", "b", "c"], points, values[:, None]).monotone == {"a": "rises", "b": "falls"}
+    found = find_effects(["a", "b", "c"], model_of(points, values[:, None]))
+    assert found.monotone == {"a": "rises", "b": "falls"}
     noisy = 0.2 * points[:, 0] + np.random.default_rng(4).normal(size=60)
-    assert find_effects(["a", "b", "c"], points, noisy[:, None]).monotone == {}
+    assert find_effects(["a", "b", "c"], model_of(points, noisy[:, None])).monotone == {}
 
 
 def test_terms_are_orthonormal():
@@ -261,7 +262,8 @@ def test_points_are_even(parameters):
 def interval_of(points, values, nominal):
     """The interval of a feature whose nominal run is at the midpoint."""
     points = np.vstack([points, np.zeros(points.shape[1])])
-    return find_interval(points, np.vstack([values, [[nominal]]]), True, filled=True)
+    (found,) = find_intervals(points, np.vstack([values, [[nominal]]])[:, :, None], True, filled=True)
+    return found
 
 
 class TestInterval:
@@ -316,7 +318,7 @@ class TestInterval:
         points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 2))
         found = interval_of(points, np.full((41, 1), 7.0), 7.0)
         assert (found.lower, found.upper, found.coverage) == (7.0, 7.0, 1.0)
-        effects = find_effects(["a", "b"], points, np.full((41, 1), 7.0))
+        effects = find_effects(["a", "b"], model_of(points, np.full((41, 1), 7.0)))
         assert effects.deviation == pytest.approx(0.0, abs=1e-12)
 
 
@@ -334,7 +336,7 @@ class TestStudy:
         options = {"duration": 2e-3, "samples": 2, "rtol": 1e-4} | options
         return cc.Study(slider, sides, outputs, features=features, **options)
 
-    def test_features_without_outputs_are_those_of_single_runs(self, tmp_path):
+    def test_features_without_outputs_are_those_of_single_runs(self):
         wanted = {
             "force": cc.features.peak("wrist.normal_force"),
             "share": cc.features.contact_share("wrist"),
@@ -350,8 +352,6 @@ class TestStudy:
             assert np.array_equal(result.features["force"].values[row], force)
             assert result.features["steps"].values[row, 0] == run.stats.steps
         assert np.array_equal(result.parameters, study.sample(5, rng=3).parameters)
-        loaded = cc.results.StudyResult.load(result.save(tmp_path / "study"))
-        assert loaded == result and loaded.kind == "sample"
 
     def test_every_kind_of_study_has_its_table(self):
         wanted = {"mean": cc.features.mean("slider.x")}
@@ -362,7 +362,7 @@ class TestStudy:
         assert fitted.features["mean"].interval.verdict == "resolved"
         assert fitted.features["mean"].effects.monotone == {"crank_length": "rises", "rod_length": "rises"}
         assert math.isnan(scanned.features["mean"].interval.whole_run)
-        with pytest.raises(ValueError, match="grid"):
+        with pytest.raises(ValueError):
             scanned.features["mean"].quantile(0.5)
 
     def test_ranking_of_a_mean_position(self):
@@ -372,7 +372,6 @@ class TestStudy:
         assert [row.parameter for row in ranking] == ["rod_length", "crank_length"]
         assert sum(row.share.value for row in ranking) == pytest.approx(1.0, abs=1e-3)
         assert ranking.scatter.value < 1e-3
-        assert "halving the interval of rod_length narrows it by" in str(ranking)
 
     def test_ranking_agrees_with_the_differences_of_halved_boxes(self):
         """The RMS acceleration of the paper's mechanism. Samples with one seed are at the same places of
@@ -402,41 +401,27 @@ class TestStudy:
             assert row.narrowing.upper - row.narrowing.lower < 0.4
             assert row.narrowing.value == pytest.approx(effect, abs=0.1)
 
-    def test_a_normal_parameter_is_said_to_be_taken_as_uniform(self, tmp_path):
+    def test_a_normal_parameter_is_said_to_be_taken_as_uniform(self):
         sides = {"crank_length": cc.normal(0.05, 1e-3), "rod_length": cc.Interval.around(0.12, rel=0.05)}
-        study = cc.Study(
-            slider,
-            sides,
-            [],
-            features={"mean": cc.features.mean("slider.x")},
-            duration=2e-3,
-            samples=2,
-            rtol=1e-4,
-        )
-        result = study.sample(12)
-        assert "crank_length: taken as uniform over the interval" in str(result.ranking("mean"))
-        assert "(normal, taken as an interval)" in str(result)
+        wanted = {"mean": cc.features.mean("slider.x")}
+        result = cc.Study(slider, sides, [], features=wanted, duration=2e-3, samples=2).sample(12)
+        assert result.ranking("mean").uneven == ("crank_length",)
         with pytest.raises(cc.errors.ArgumentError):
             result.features["mean"].quantile(0.5)
-        assert cc.results.StudyResult.load(result.save(tmp_path / "normal")) == result
-        assert "taken as" not in str(
-            self.study({"mean": cc.features.mean("slider.x")}).sample(12).ranking("mean")
-        )
+        assert self.study(wanted).sample(12).ranking("mean").uneven == ()
 
     def test_failed_runs_are_told(self):
         def model(a, b):
             return {"y": math.nan if a > 0.5 else a + 0.1 * b}
 
         study = cc.Study(model, {name: cc.Interval(-1.0, 1.0) for name in "ab"})
-        with pytest.warns(cc.ChebclearWarning, match="failed"):
-            ranking = study.sample(100).ranking("y")
-        assert ranking.failed == pytest.approx(0.25, abs=0.08)
-        assert "of the runs failed: where they did the others are extrapolated" in str(ranking)
+        ranking = study.sample(100).ranking("y")
+        assert ranking.failed == pytest.approx(0.25, abs=0.08) and len(ranking.reservations()) == 1
 
     def test_a_parameter_that_makes_all_of_the_spread_may_not_help(self):
         study = cc.Study(lambda a: {"y": math.sin(math.pi * a) ** 2}, {"a": cc.Interval(-1.0, 1.0)})
-        (first, _) = study.sample(200).ranking("y").advice()
-        assert first == "tightening a does not help: what is left of its interval reaches as far"
+        (row,) = study.sample(200).ranking("y").rows
+        assert row.helps is False and row.share.value > 0.9
 
     def test_cycles_of_samples_are_equal_pieces(self):
         t = np.linspace(0.0, 4.0, 11)
@@ -463,54 +448,40 @@ class TestStudy:
         result = study.sample(21)
         reach = result.features["f"].interval
         assert (reach.lower / size, reach.upper / size) == pytest.approx((7.0, 17.0), rel=1e-6)
-        with pytest.raises(cc.errors.ArgumentError, match="1e-150"):
+        with pytest.raises(cc.errors.ArgumentError):
             result.ranking("f")
         endless = cc.Study(
             lambda a: {"t": t, "x": 1.7e308 * np.ones(9) * (1.0 + 0.01 * a)},
             box,
             features={"f": cc.features.mean("x")},
         )
-        with pytest.raises(cc.errors.ArgumentError, match='"x"'):
+        with pytest.raises(cc.errors.ArgumentError):
             endless.sample(3)
 
-    def test_what_does_not_help_is_said(self):
-        random = np.random.default_rng(0)
-        points = random.uniform(0.0, 2.0, (641, 2))
-        values = (0.3 * points[:, 0] + random.normal(size=641))[:, None, None]
-        sides = {"gap": cc.Interval(0.0, 2.0), "rod": cc.Interval(0.0, 2.0)}
-        table = cc.results.FeatureTable(("peak",), values, values[0], sides, points, True)
-        ranking = table["peak"].ranking()
-        # Waves that so many runs do not resolve would look the same.
-        assert ranking.scatter.value > 0.9 and ranking.scatter.lower == 0.0
-        assert any(
-            line.startswith("tightening rod does not help: 9")
-            and "scatter that no parameter explains" in line
-            for line in ranking.advice()
-        )
-        assert table["peak"].quantile(0.5) == np.median(values)
-
     def test_extrema_in_the_settling_start_are_told(self):
-        with pytest.warns(cc.ChebclearWarning, match='"force"'):
-            self.study({"force": cc.features.peak("wrist.normal_force")}).sample(2)
+        result = self.study({"force": cc.features.peak("wrist.normal_force")}).sample(2)
+        assert ("settling", ("force",)) in {(one.code, one.about) for one in result.notices}
 
     def test_mistakes(self):
-        with pytest.raises(KeyError):
-            self.study({}, ["slider.x"]).sample(2).features["force"]
-        with pytest.raises(KeyError):
-            self.study({"force": cc.features.peak("slider.x")}).sample(2).features["forse"]
+        made = self.study({"force": cc.features.peak("slider.x")}).sample(4)
+        for features in (self.study({}, ["slider.x"]).sample(2).features, made.features):
+            with pytest.raises(KeyError):
+                features["forse"]
         with pytest.raises(cc.errors.ArgumentError):
-            self.study({"force": cc.features.peak("slider.x")}).sample(4).ranking("force")
+            made.ranking("force")
         with pytest.raises(cc.errors.ArgumentError):
             self.study({"force": cc.features.peak("slider.xx")}).sample(2)
-        for wrong in ("peak", [cc.features.peak("slider.x")], {"a": 3.0}, {1: cc.features.peak("slider.x")}):
-            with pytest.raises(TypeError, match="features"):
-                self.study(wrong, ["slider.x"])
-        with pytest.raises(ValueError, match="outputs"):
+        peak = cc.features.peak("slider.x")
+        wrong = {"features": "peak", "features ": [peak], 'features["a"]': {"a": 3.0}, "names": {1: peak}}
+        for name, given in wrong.items():
+            with refuses(name.strip(), error=TypeError):
+                self.study(given, ["slider.x"])
+        with refuses("outputs"):
             self.study(None)
 
     @pytest.mark.parametrize("value", [math.nan, "much", [1.0, 2.0]])
     def test_callables_must_return_numbers(self, value):
-        with pytest.raises((ValueError, TypeError), match='"mine"') as caught:
+        with pytest.raises((ValueError, TypeError)) as caught:
             self.study({"mine": lambda run: value}).sample(2)
         assert "crank_length = " in caught.value.__notes__[0]
 
@@ -526,7 +497,9 @@ def hits_of(response, runs, studies):
     for study in range(studies):
         random = np.random.default_rng([study, 5])
         points = random.uniform(-1.0, 1.0, (runs, 3))
-        found.append(find_narrowing(["a", "b", "c"], points, response(points, random)[:, None])["a"])
+        found.append(
+            find_narrowing(["a", "b", "c"], model_of(points, response(points, random)[:, None]))["a"]
+        )
     return sum(one.lower <= 1.0 - halved / whole <= one.upper for one in found)
 
 
@@ -543,14 +516,14 @@ def test_responses_of_more_degrees_than_the_runs_allow():
     assert hits_of(lambda points, random: np.exp(2.0 * points[:, 0] + points[:, 1]), 41, 8) >= 7
     with pytest.raises(cc.errors.ArgumentError):
         line = np.linspace(-1.0, 1.0, 30)
-        find_narrowing(["a", "b"], np.stack([line, line], axis=-1), line[:, None])
+        find_narrowing(["a", "b"], model_of(np.stack([line, line], axis=-1), line[:, None]))
 
 
 def test_a_constant_feature_has_its_own_mean():
     points = even_points(40, 2)
     for value in (7.0, -0.1, 1e-300):
         for values in (np.full((40, 1), value), value * (1.0 + 1e-14 * points[:, :1])):
-            effects = find_effects(["a", "b"], points, values)
+            effects = find_effects(["a", "b"], model_of(points, values))
             assert effects.mean == pytest.approx(value, rel=1e-12) and effects.deviation == 0.0
             ends = [end for swing in effects.swings.values() for end in (swing.at_lower, swing.at_upper)]
             assert ends == pytest.approx([value] * 4, rel=1e-12)

@@ -14,7 +14,8 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear.execution.store import differences
-from chebclear.study.sources.identity import model_facts
+from chebclear.study.sources.reached import model_facts
+from refusals import refuses
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
@@ -55,7 +56,7 @@ PROGRAM = """
 import importlib, json, sys
 from pathlib import Path
 from chebclear.errors import ArgumentError
-from chebclear.study.sources.identity import model_facts
+from chebclear.study.sources.reached import model_facts
 
 sys.dont_write_bytecode = True
 found = {}
@@ -178,7 +179,7 @@ def test_a_script_is_known_by_the_name_under_which_others_import_it(tmp_path):
 
 
 SHOWN = """
-from chebclear.study.sources.identity import model_facts
+from chebclear.study.sources.reached import model_facts
 print(json.dumps(model_facts(model, {}, None)))
 """
 
@@ -283,23 +284,15 @@ def test_a_model_that_changes_what_it_reads_needs_a_version(tmp_path):
         calls = COUNTS["calls"]
         study.scan(points)
         assert COUNTS["calls"] - calls == (3 if points == 2 else 0)
-    with pytest.raises(cc.errors.StoreError, match=r"1.*2"):
+    with pytest.raises(cc.errors.StoreError):
         cc.Study(counting, box, store=tmp_path / "second", version="2").scan(2)
 
 
 def test_a_version_is_for_a_store_of_a_model(tmp_path):
     box = {"a": cc.Interval.around(1.0, rel=0.1)}
     for wrong in ({"version": "1"}, {"version": 1, "store": tmp_path}, {"version": "", "store": tmp_path}):
-        with pytest.raises((ValueError, TypeError), match="version"):
+        with refuses("version"):
             cc.Study(counting, box, **wrong)
-    scenes = {"crank_length": cc.Interval.around(0.05, rel=0.1)}
-    with pytest.raises(ValueError, match="version"):
-        cc.Study(
-            cc.mechanisms.slider_crank,
-            scenes,
-            ["slider.x"],
-            duration=1e-3,
-            samples=11,
-            store=tmp_path,
-            version="1",
-        )
+    scenes, kept = {"crank_length": cc.Interval.around(0.05, rel=0.1)}, {"store": tmp_path, "version": "1"}
+    with refuses("version"):
+        cc.Study(cc.mechanisms.slider_crank, scenes, ["slider.x"], duration=1e-3, samples=11, **kept)

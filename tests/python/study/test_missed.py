@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from chebclear import _core
-from chebclear.study.features.effects import find_effects
+from chebclear.study.features.effects import find_effects, model_of
 from chebclear.study.features.narrowing import find_narrowing
 
 
@@ -44,7 +44,7 @@ def test_intervals_of_shares_hold(function, shares, runs):
     held = []
     for seed in range(8):
         points = _core.sobol_points(4, 0, runs, seed)
-        found = find_effects(list("abcd"), points, function(points)[:, None]).main.values()
+        found = find_effects(list("abcd"), model_of(points, function(points)[:, None])).main.values()
         held.append([one.lower <= true <= one.upper for one, true in zip(found, shares, strict=True)])
     assert np.mean(held) >= 0.9 and np.mean(held, axis=0).min() >= 0.75
 
@@ -53,7 +53,7 @@ def test_halving_that_leaves_nothing_is_in_its_interval():
     held = []
     for seed in range(8):
         points = _core.sobol_points(2, 0, 121, seed)
-        found = find_narrowing(["a", "b"], points, dead_zone(points)[:, None]).values()
+        found = find_narrowing(["a", "b"], model_of(points, dead_zone(points)[:, None])).values()
         held += [one.upper == 1.0 for one in found]
     assert np.mean(held) >= 0.75  # none held when what the polynomial misses was left out
 
@@ -62,11 +62,11 @@ def test_a_parameter_without_effect_is_not_said_to_narrow():
     false = []
     for seed in range(12):
         points = _core.sobol_points(4, 0, 121, seed)
-        found = find_narrowing(list("abcd"), points, ishigami(points)[:, None])["d"]
+        found = find_narrowing(list("abcd"), model_of(points, ishigami(points)[:, None]))["d"]
         false.append(round(100.0 * found.lower) > 0)
     assert np.mean(false) <= 0.1
 
 
 def test_scatter_of_a_function_without_any_may_be_none():
     points = _core.sobol_points(4, 0, 81, 0)
-    assert find_effects(list("abcd"), points, ishigami(points)[:, None]).scatter.lower == 0.0
+    assert find_effects(list("abcd"), model_of(points, ishigami(points)[:, None])).scatter.lower == 0.0

@@ -6,6 +6,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear.cli.program import main
+from refusals import refuses
 
 PENDULUM = """
 format = 1
@@ -155,7 +156,6 @@ class TestNominal:
         assert again.intervals["length"].nominal == 0.4 and again == result
 
     def test_must_be_in_its_interval(self):
-        with pytest.raises(ValueError, match="nominal"):
-            cc.Interval(1.0, 2.0, 3.0)
-        with pytest.raises(TypeError, match="nominal"):
-            cc.Interval(1.0, 2.0, "1.5")
+        for wrong in (3.0, "1.5"):
+            with refuses("nominal"):
+                cc.Interval(1.0, 2.0, wrong)

@@ -1,10 +1,9 @@
 """What is wrong with the arguments of a study, or with what it builds, is told with its name."""
 
-import re
-
 import chebclear as cc
 import pytest
 from falling import PLANET, TIME, faller, planet_study
+from refusals import refuses
 
 
 def test_what_build_does_wrong_is_told_with_the_parameters():
@@ -23,43 +22,19 @@ def test_what_build_does_wrong_is_told_with_the_parameters():
     sides = {"gravity": PLANET["gravity"]}
     with pytest.raises(TypeError, match="build"):
         cc.Study(text, sides, **TIME).scan(2)
-    with pytest.raises(LookupError, match="no such planet") as caught:
+    with pytest.raises(LookupError) as caught:
         cc.Study(broken, sides, **TIME).scan(2)
-    assert "in build with gravity = 9.5" in caught.value.__notes__
-    with pytest.raises(
-        cc.errors.SceneError, match=re.escape("gravity = 9.5: bodies[0].mass: must be a number")
-    ):
-        cc.Study(half_typed, sides, **TIME).scan(2)
-    with pytest.raises(cc.errors.SceneError, match=r"9\.5"):
-        cc.Study(unbuildable, sides, **TIME).scan(2)
+    assert "gravity = 9.5" in caught.value.__notes__[0]
+    for build, field in ((half_typed, "bodies[0].mass"), (unbuildable, "rod_mass")):
+        with refuses(f"scene with gravity = 9.5: {field}", error=cc.errors.SceneError):
+            cc.Study(build, sides, **TIME).scan(2)
 
 
 def test_wrong_arguments_of_a_study_are_listed_together():
-    with pytest.raises(ValueError) as caught:
-        cc.Study(
-            faller,
-            {"gravty": PLANET["gravity"], "tilt": (0.3, 1.2), "mass": cc.Interval(1.0, 2.0)},
-            "block.y",
-            duration=0.0,
-            samples=1,
-            fixed={"mass": 1.0},
-            threads=0,
-            progress="yes",
-            executor=4,
-        )
-    words = str(caught.value)
-    for part in (
-        'parameters["tilt"] must be an Interval(lower, upper), got (0.3, 1.2)',
-        'build has no parameter "gravty"; did you mean "gravity"?',
-        '"mass" is both a parameter and fixed',
-        "duration must be a finite number > 0 [s], got 0.0",
-        "samples must be a whole number >= 2 and <= 10000000, got 1",
-        "outputs must be a list of column names, got 'block.y'",
-        "threads must be a whole number >= 1, got 0",
-        "progress must be None, True or callable, got 'yes'",
-        "executor must have a method submit, got 4",
-    ):
-        assert part in words
+    wrong = {"duration": 0.0, "samples": 1, "threads": 0, "progress": "yes", "executor": 4}
+    sides = {"gravty": PLANET["gravity"], "tilt": (0.3, 1.2), "mass": cc.Interval(1.0, 2.0)}
+    with refuses('parameters["tilt"]', "build", '"mass"', "outputs", *wrong):
+        cc.Study(faller, sides, "block.y", fixed={"mass": 1.0}, **wrong)
 
 
 def test_build_must_fit_the_parameters():
@@ -83,37 +58,32 @@ def test_build_must_fit_the_parameters():
 
 
 @pytest.mark.parametrize(
-    ("call", "words"),
+    ("method", "given", "names"),
     [
-        (lambda study: study.chebyshev(degree=0), "degree must be a whole number >= 1, got 0"),
-        (lambda study: study.chebyshev(degree=-2), "degree must be a whole number >= 1, got -2"),
-        (lambda study: study.chebyshev(degree=3.0), "degree must be a whole number >= 1, got 3.0"),
-        (lambda study: study.chebyshev(degree=True), "degree must be a whole number >= 1, got True"),
-        (lambda study: study.chebyshev(degree=3, nodes=3), "nodes must be a whole number >= 4, got 3"),
-        (lambda study: study.chebyshev(degree={"gravity": 2}), 'degree misses the parameter "tilt"'),
+        ("chebyshev", {"degree": 0}, ["degree"]),
+        ("chebyshev", {"degree": 3.0}, ["degree"]),
+        ("chebyshev", {"degree": True}, ["degree"]),
+        ("chebyshev", {"degree": 3, "nodes": 3}, ["nodes"]),
+        ("chebyshev", {"degree": {"gravity": 2}}, ["degree"]),
+        ("chebyshev", {"degree": {"gravity": 2, "tilt": 0, "til": 1}}, ["degree", 'degree["tilt"]']),
         (
-            lambda study: study.chebyshev(degree={"gravity": 2, "tilt": 0, "til": 1}),
-            r'(?s)unknown parameter "til"; did you mean "tilt".*degree\["tilt"\] must be a whole number >= 1',
+            "chebyshev",
+            {"degree": {"gravity": 1, "tilt": 4}, "nodes": {"gravity": 2, "tilt": 4}},
+            ['nodes["tilt"]'],
         ),
-        (
-            lambda study: study.chebyshev(degree={"gravity": 1, "tilt": 4}, nodes={"gravity": 2, "tilt": 4}),
-            r'nodes\["tilt"\] must be a whole number >= 5, got 4',
-        ),
-        (lambda study: study.scan(1), "points must be a whole number >= 2, got 1"),
-        (lambda study: study.scan("ten"), "points must be a whole number >= 2, got 'ten'"),
+        ("scan", {"points": 1}, ["points"]),
+        ("scan", {"points": "ten"}, ["points"]),
     ],
 )
-def test_wrong_degrees_nodes_and_points_are_refused(call, words):
-    with pytest.raises((ValueError, TypeError), match=words):
-        call(planet_study())
+def test_wrong_degrees_nodes_and_points_are_refused(method, given, names):
+    with refuses(*names):
+        getattr(planet_study(), method)(**given)
 
 
 def test_unknown_outputs_are_named():
     study = cc.Study(faller, PLANET, ["block.y", "blok.x", "block.z"], **TIME)
-    with pytest.raises(ValueError) as caught:
+    with pytest.raises(ValueError, match=r'(?s)"blok\.x".*"block\.x".*"block\.z"'):
         study.scan(2)
-    assert str(caught.value).splitlines()[0] == 'unknown output "blok.x"; did you mean "block.x"?'
-    assert 'unknown output "block.z"' in str(caught.value)
 
 
 def test_all_columns_are_outputs_unless_some_are_named():

