@@ -19,7 +19,7 @@ use crate::study::sweep::Monitor;
 use held_out::{HeldOut, Runs};
 use independent::independent;
 use regression::Regression;
-use resolve::{LARGEST_DEGREE, LARGEST_TERM_SHARE, ROUNDING, extrapolated, hull, resolved};
+use resolve::{LARGEST_DEGREE, LARGEST_TERM_SHARE, extrapolated, resolved};
 use running::Ends;
 use widened::widened;
 
@@ -61,25 +61,14 @@ const USUAL_SIZES: std::ops::RangeInclusive<f64> = 1e-60..=1e60;
 /// Largest size of a value, whose square is a number still.
 const LARGEST_VALUE: f64 = 1e150;
 
-/// The band of a polynomial is used if it is at most this many times as wide as the calibrated one: it may be wild where
-/// there are no runs.
-const LARGEST_WIDTH_RATIO: f64 = 1.5;
-
-/// A polynomial with an error below this is that of the response, however far its range exceeds the runs: the corners of
-/// a box of many parameters are far from all of them. By 161 runs exp(0.05 (a + ... + h)) of eight parameters within ±1 has
-/// an error of 0.002 and a range that ends within 0.012 of the width of the true one, more than 1.5 times that of a
-/// calibrated band.
-const TRUSTED_ERROR: f64 = 0.005;
-
-/// Where runs that leave the band of the others stay outside for this share of their time, their place in the box matters
-/// more than impacts do, and runs in corners without a run near them are outside together: positions of slider-cranks
-/// by crank angle, crank ±1 %, clearance ±50 %, kept 99.84 % on average and 98.7 to 99.1 % in single studies of 12 to 41
-/// runs, of which held-out runs said 99.9 %. With the range of the polynomial 99.997 and 99.98 %, at 1 % more width.
-/// Velocities, accelerations and forces with clearance have a persistence of 0.05 to 0.3 where impacts scatter.
+/// Share of its time for which a run that leaves the band of the others stays outside, from which its place in the box
+/// matters more than impacts do: runs in corners without a run near them are then outside together, and the band holds
+/// the range of the polynomial too. Half of it: 10 of 528 bands of `benchmarks/bands.py` by 41 and 81 runs are 1 to 2 %
+/// wider. Twice: positions by crank angle (crank ±1 %, clearance ±50 %; 12 and 21 runs) keep 99.8 % instead of 100 %.
 const ROUGH_PERSISTENCE: f64 = 0.3;
 
-/// Largest error of a polynomial that tells so much, relative to the width of the hull. With it bands of the 28 problems of
-/// `benchmarks/bands.py` are 0 to 3 % wider where they have such a persistence (41 runs and more), and never narrower.
+/// Largest error of a polynomial that tells so much, relative to the width of the hull: one that explains nothing has a
+/// wide range in a box of many parameters. Half of it: no band changes; twice: one of 528 by 12 runs, 1 % wider.
 const LARGEST_ROUGH_ERROR: f64 = 0.25;
 
 /// Most terms of a polynomial, however many the runs: the factorization takes a time that grows with the square of
@@ -236,29 +225,13 @@ enum Otherwise {
 fn band(runs: &Runs<'_>, regression: &Regression, coverage: f64, otherwise: Otherwise) -> OutputBand {
     // The error of a polynomial is small in the mean over time, and may be large at some instants.
     let holds = |band: &OutputBand| band.held_out.coverage >= coverage;
-    let Some(resolved) = resolved(runs, regression).filter(holds) else {
-        return match otherwise {
-            Otherwise::Hull => independent(runs),
-            Otherwise::Widened => {
-                let band = widened(runs, coverage);
-                lasting(with_corners(band, runs, regression), runs, regression)
-            }
-        };
-    };
-    let wide = width(&resolved.lower, &resolved.upper);
-    // Every band holds all runs, and a widened one costs more than to know how wide that is at least.
-    let [lower, upper] = hull(runs);
-    let error = resolved.polynomial.as_ref().map_or(f64::INFINITY, |polynomial| polynomial.error);
-    if error <= TRUSTED_ERROR || wide <= LARGEST_WIDTH_RATIO * width(&lower, &upper) {
-        return resolved;
-    }
-    let other = match otherwise {
+    resolved(runs, regression).filter(holds).unwrap_or_else(|| match otherwise {
         Otherwise::Hull => independent(runs),
-        Otherwise::Widened => lasting(widened(runs, coverage), runs, regression),
-    };
-    // For an output that does not vary another band has no width; that of a polynomial has the width of rounding.
-    let rounding: f64 = other.upper.iter().map(|upper| ROUNDING * upper.abs()).sum();
-    if wide <= LARGEST_WIDTH_RATIO * width(&other.lower, &other.upper) + rounding { resolved } else { other }
+        Otherwise::Widened => {
+            let band = widened(runs, coverage);
+            lasting(with_corners(band, runs, regression), runs, regression)
+        }
+    })
 }
 
 /// A calibrated band that knows how long what no polynomial explains lasts in a run. Revolutions of one run show that by
@@ -279,10 +252,6 @@ fn with_corners(mut band: OutputBand, runs: &Runs<'_>, regression: &Regression) 
         band.upper.iter_mut().zip(&highest).for_each(|(bound, &end)| *bound = bound.max(end));
     }
     band
-}
-
-fn width(lower: &[f64], upper: &[f64]) -> f64 {
-    upper.iter().zip(lower).map(|(upper, lower)| upper - lower).sum()
 }
 
 /// `work` for every output, in order, on threads of a private pool.
