@@ -118,10 +118,10 @@ def is_quantity(text: str) -> bool:
     return len(text) <= MOST_CHARACTERS and _QUANTITY.fullmatch(text) is not None
 
 
-def with_blank(text: str) -> str:
-    """The quantity that a text such as ``"20um"`` was meant as, or nothing.
+def quantity_meant(text: str) -> str:
+    """A quantity with the space that ``"20um"`` lacks; empty for any other text.
 
-    >>> with_blank("20um"), with_blank("2*a"), with_blank("1e-3")
+    >>> quantity_meant("20um"), quantity_meant("2*a"), quantity_meant("1e-3")
     ('20 um', '', '')
     """
     found = _GLUED.fullmatch(text) if len(text) <= MOST_CHARACTERS else None

@@ -24,7 +24,7 @@ def to_csv(data: Dataset, path: str | os.PathLike[str]) -> Path:
     with replaced(path) as beside, beside.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(map(shown_by_spreadsheets, head))
-        # tolist gives Python's numbers, which are written with as many digits as tell them apart.
+        # tolist gives Python's numbers, which are written with as many digits as they need.
         columns = [column.tolist() for column in table.values()]
         for index, column in enumerate(table.values()):
             if column.dtype.kind not in "fiub":

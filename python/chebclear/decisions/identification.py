@@ -136,7 +136,7 @@ class Identification(Shown):
 
     @cached_property
     def directions(self) -> tuple[dict[str, float], ...]:
-        """Changes of the parameters together that the features do not tell from none.
+        """Joint changes of the parameters that leave the features as they are.
 
         Each is a unit vector in half widths of the intervals: one along which the linearized region is longer
         than the box, and the region reaches over half of it; or else a parameter of whose interval the region

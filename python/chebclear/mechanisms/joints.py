@@ -172,24 +172,25 @@ class Arguments(Checks):
 
         `pins` are the names that may have clearance, `driven` is one that must not.
         """
-        # Asked of abstract classes alone, these two questions cost a microsecond.
+        # An abstract class alone takes a microsecond to answer.
         listed = type(chosen) is tuple or (
             isinstance(chosen, Iterable) and not isinstance(chosen, (str, Mapping))
         )
         names: list[object] = list(chosen) if listed else [chosen]  # type: ignore[call-overload]
         for index, name in enumerate(names):
-            if isinstance(name, str) and name in pins:
-                if any(isinstance(one, str) and one == name for one in names[:index]):
-                    self.add_at("clearance_at", f'has the pin "{name}" more than once')
+            before = [one for one in names[:index] if isinstance(one, str)]
+            if isinstance(name, str) and name in pins and name not in before:
                 continue
             choice = "; choose from " + ", ".join(f'"{pin}"' for pin in pins) + ", or () for none"
-            if driven is not None and isinstance(name, str) and name == driven:
-                what = f'"{driven}" is turned at a prescribed speed and so cannot have clearance: where the '
-                what += f"journal may move in its bearing there is no joint angle to prescribe{choice}"
-            elif isinstance(name, str):
-                what = f'unknown pin "{name}"{did_you_mean(name, pins) or choice}'
-            else:
+            if not isinstance(name, str):
                 what = f"must name pins, got {name!r}{choice}"
+            elif name in pins:
+                what = f'has the pin "{name}" more than once'
+            elif name == driven:
+                what = f'"{driven}" is turned at a prescribed speed and cannot have clearance: where the '
+                what += f"journal moves in its bearing there is no joint angle to prescribe{choice}"
+            else:
+                what = f'unknown pin "{name}"{did_you_mean(name, pins) or choice}'
             self.add_at("clearance_at", what)
         known = [name for name in names if isinstance(name, str) and name in pins]
         if type(clearance) is float or not isinstance(clearance, Mapping):
@@ -340,8 +341,8 @@ def as_mass(mass: object) -> float:
 
     The core reports that mass, and one mistake should be one problem.
     """
-    number = as_number(mass) or 0.0
-    return number if 0.0 < number < math.inf else 1.0
+    number = as_number(mass)
+    return number if number is not None and 0.0 <= number < math.inf else 1.0
 
 
 def bar(

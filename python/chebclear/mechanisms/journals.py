@@ -41,10 +41,8 @@ def pendulum_in_bearing(
     ----------
     length : float
         From the center of the journal to the center of mass [m].
-    mass : float
-        Mass [kg].
-    inertia : float
-        Moment of inertia about the center of mass [kg m²].
+    mass, inertia : float
+        Mass [kg], and moment of inertia about the center of mass [kg m²].
     angle : float
         Angle at the start from hanging straight down, counter-clockwise [rad].
     gravity : float

@@ -72,10 +72,8 @@ def four_bar(
     clearance_at : sequence of str
         The pins with clearance: any of ``"crank_pin"``, ``"rocker_pin"`` and ``"rocker_bearing"``, or none.
         The crank's bearing is driven and must be ideal.
-    crank_speed : float
-        Angular velocity of the crank [rad/s]; 2000 revolutions per minute if not given.
-    crank_angle : float
-        Angle of the crank at time zero [rad]; 0 toward the rocker's bearing.
+    crank_speed, crank_angle : float
+        Angular velocity of the crank [rad/s], and its angle at time zero [rad], 0 to the rocker's bearing.
     crank_mass, coupler_mass, rocker_mass : float
         Masses [kg].
     {pins}
@@ -192,10 +190,8 @@ def six_bar(
     clearance_at : sequence of str
         The pins with clearance: any of ``"crank_pin"``, ``"rocker_pin"``, ``"rocker_bearing"``,
         ``"coupler_pin"``, ``"output_pin"`` and ``"output_bearing"``, or none.
-    crank_speed : float
-        Angular velocity of the crank [rad/s]; 2000 revolutions per minute if not given.
-    crank_angle : float
-        Angle of the crank at time zero [rad]; 0 toward the rocker's bearing.
+    crank_speed, crank_angle : float
+        Angular velocity of the crank [rad/s], and its angle at time zero [rad], 0 to the rocker's bearing.
     crank_mass, coupler_mass, rocker_mass, link_mass, output_mass : float
         Masses [kg].
     {pins}

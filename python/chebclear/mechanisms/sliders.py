@@ -69,10 +69,8 @@ def slider_crank(
     clearance_at : sequence of str
         The pins with clearance: any of ``"crank_pin"`` and ``"wrist"``, or none; with both the rod floats.
         The crank's bearing is driven and must be ideal.
-    crank_speed : float
-        Angular velocity of the crank [rad/s]; 2000 revolutions per minute if not given.
-    crank_angle : float
-        Angle of the crank at time zero [rad]; 0 with the slider farthest out.
+    crank_speed, crank_angle : float
+        Angular velocity of the crank [rad/s], and its angle at time zero [rad], 0 with the slider far out.
     crank_mass, rod_mass, slider_mass : float
         Masses [kg]; crank and rod are slender and uniform.
     slider_inertia : float
@@ -256,10 +254,8 @@ def quick_return(
     clearance_at : sequence of str
         The pins with clearance: any of ``"crank_pin"``, ``"lever_bearing"``, ``"lever_pin"`` and
         ``"ram_pin"``, or none.
-    crank_speed : float
-        Angular velocity of the crank [rad/s]; 300 revolutions per minute if not given.
-    crank_angle : float
-        Angle of the crank at time zero [rad]; 0 along x.
+    crank_speed, crank_angle : float
+        Angular velocity of the crank [rad/s], and its angle at time zero [rad], 0 along x.
     crank_mass, block_mass, lever_mass, link_mass, ram_mass : float
         Masses [kg]; crank, lever and link are slender and uniform.
     block_inertia : float

@@ -83,18 +83,18 @@ def _moving(run: Trajectory, shown: Sequence[str]) -> list[Block]:
 
 def _answer(run: Trajectory, extremes: Sequence[tuple[str, str, Any, Any]]) -> list[str]:
     """Whether the run went to its end, the first output, and the largest force."""
-    told = []
+    sentences = []
     if not run.success:
-        told.append(f"The run ended early, at {format_quantity(run.end_time, 's')}: {run.message}.")
+        sentences.append(f"The run ended early, at {format_quantity(run.end_time, 's')}: {run.message}.")
     for name, unit, low, high in extremes[:1]:
         reach = format_range((low.value, high.value), unit)
-        told.append(f"{name} moves within {reach}: it is largest at {format_quantity(high.time, 's')}.")
+        sentences.append(f"{name} moves within {reach}: it is largest at {format_quantity(high.time, 's')}.")
     forces = [(high, name) for name, unit, _, high in extremes if unit == "N"]
     if forces:
         high, name = max(forces, key=lambda one: one[0].value)
         size = format_quantity(high.value, "N")
-        told.append(f"The largest force is {size}, {name} at {format_quantity(high.time, 's')}.")
-    return told
+        sentences.append(f"The largest force is {size}, {name} at {format_quantity(high.time, 's')}.")
+    return sentences
 
 
 def _doubts(run: Trajectory, extremes: Sequence[tuple[str, str, Any, Any]]) -> list[str]:

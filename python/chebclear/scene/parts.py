@@ -374,9 +374,8 @@ class Inspection(Shown):
         the default rtol if the scene gives none.
     branch : tuple[int, ...]
         On which side each loop was closed, as signs -1 and 1 that change only where two ways to close it
-        meet, and 0 near there [-]. Clearance joints close loops too. Loops that only close together have one
-        sign, which tells not all their ways apart; those that neither a drive nor a given position holds have
-        none.
+        meet, and 0 near there [-]. Clearance joints close loops too. Loops that close only together have one
+        sign for all their ways; those that neither a drive nor a given position holds have none.
     warnings : tuple[str, ...]
         Numbers that look wrong or seem to be in another unit, each with its path; a simulation warns of them.
     """

@@ -26,7 +26,6 @@ T = TypeVar("T")
 
 # Annotations of plain values, as they are written in the records.
 _NUMBERS = ("float", "float | None")
-_TEXTS = ("str", "str | None")
 _TRUTH = "bool"
 _VECTOR = "Vector"
 _POINTS = "Mapping[str, Vector]"
@@ -73,10 +72,10 @@ class Named(Mapping[str, T]):
     __slots__ = ("_items",)
 
     def __init__(self, items: Mapping[str, Any]) -> None:
-        self._items: dict[str, T] = {name: self._settle(value) for name, value in items.items()}
+        self._items: dict[str, T] = {name: self._converted(value) for name, value in items.items()}
 
     @staticmethod
-    def _settle(value: Any) -> Any:
+    def _converted(value: Any) -> Any:
         """A value in its type, or as it is if it cannot be."""
         return value
 
@@ -108,7 +107,7 @@ class Points(Named[Vector]):
     __slots__ = ()
 
     @staticmethod
-    def _settle(value: Any) -> Any:
+    def _converted(value: Any) -> Any:
         return _as_vector(value)
 
 
@@ -118,7 +117,7 @@ class Constants(Named[float]):
     __slots__ = ()
 
     @staticmethod
-    def _settle(value: Any) -> Any:
+    def _converted(value: Any) -> Any:
         return _as_float(value)
 
 
@@ -136,10 +135,10 @@ class Part:
         # Nearly all values are as they should be; studies make thousands of scenes. What is frozen is set in
         # its dictionary, which costs half of what `object.__setattr__` does.
         values = vars(self)
-        for name, settle in _settling(type(self)):  # type: ignore[arg-type]  # a class has another hash
+        for name, convert in _conversions(type(self)):  # type: ignore[arg-type]  # a class has another hash
             value = values[name]
-            if type(value) is not float and (settled := settle(value)) is not value:
-                values[name] = settled
+            if type(value) is not float and (converted := convert(value)) is not value:
+                values[name] = converted
 
 
 def _fields(part: type[Part]) -> tuple[dataclasses.Field[Any], ...]:
@@ -147,10 +146,10 @@ def _fields(part: type[Part]) -> tuple[dataclasses.Field[Any], ...]:
 
 
 @functools.cache
-def _settling(part: Any) -> tuple[tuple[str, Callable[[Any], Any]], ...]:
+def _conversions(part: Any) -> tuple[tuple[str, Callable[[Any], Any]], ...]:
     """The fields of a record that may need it, with what puts a value into the type of the annotation."""
-    found = ((item.name, _settle_of(str(item.type))) for item in _fields(part))
-    return tuple((name, settle) for name, settle in found if settle is not None)
+    found = ((item.name, _conversion_of(str(item.type))) for item in _fields(part))
+    return tuple((name, convert) for name, convert in found if convert is not None)
 
 
 def _is_flat(value: Any) -> bool:
@@ -181,14 +180,9 @@ def _as_float(value: Any) -> Any:
     return value if number is None else number
 
 
-def _as_points(value: Any) -> Any:
+def _as_named(kind: type[Named[Any]], value: Any) -> Any:
     # Asked of an abstract class alone, it costs a microsecond.
-    return Points(value) if type(value) is not Points and isinstance(value, (dict, Mapping)) else value
-
-
-def _as_constants(value: Any) -> Any:
-    is_other = type(value) is not Constants and isinstance(value, (dict, Mapping))
-    return Constants(value) if is_other else value
+    return kind(value) if type(value) is not kind and isinstance(value, (dict, Mapping)) else value
 
 
 def _as_tuple(value: Any) -> Any:
@@ -197,16 +191,16 @@ def _as_tuple(value: Any) -> Any:
     return tuple(value) if isinstance(value, Iterable) and not isinstance(value, (str, Mapping)) else value
 
 
-def _settle_of(annotation: str) -> Callable[[Any], Any] | None:
+def _conversion_of(annotation: str) -> Callable[[Any], Any] | None:
     """What gives a value the type that the annotation asks for, or leaves it if it cannot be."""
     if annotation in _NUMBERS or annotation.startswith(_EITHER):
         return _as_float
     if annotation in (_VECTOR, _LIST):
         return _as_vector
     if annotation == _POINTS:
-        return _as_points
+        return functools.partial(_as_named, Points)
     if annotation == _CONSTANTS:
-        return _as_constants
+        return functools.partial(_as_named, Constants)
     return _as_tuple if annotation.startswith("Sequence") else None
 
 
@@ -251,31 +245,30 @@ def _write_value(value: Any, annotation: str, path: str, problems: list[Problem]
         return _write_number(value, path, problems)
     if annotation == _VECTOR:
         return _write_vector(value, path, problems)
-    if annotation == _POINTS:
-        if isinstance(value, Points) and all(isinstance(name, str) for name in value):
-            return {name: _write_vector(value[name], join(path, name), problems) for name in value}
-        problems.append(Problem(path, f"must be a mapping of names to positions, got {value!r}"))
-        return {}
-    if annotation == _CONSTANTS:
-        if isinstance(value, Constants) and all(isinstance(name, str) for name in value):
-            return {name: _write_number(value[name], join(path, name), problems) for name in value}
-        problems.append(Problem(path, f"must be a mapping of names to numbers, got {value!r}"))
-        return {}
-    if annotation == _LIST:
-        if isinstance(value, tuple):
-            return [_write_number(item, f"{path}[{index}]", problems) for index, item in enumerate(value)]
-        problems.append(Problem(path, f"must be a sequence of numbers, got {value!r}"))
-        return []
-    if annotation == _TRUTH:
-        if isinstance(value, bool):
-            return value
-        problems.append(Problem(path, f"must be True or False, got {value!r}"))
-        return False
-    assert annotation in _TEXTS, annotation
-    if isinstance(value, str):
-        return str(value)
-    problems.append(Problem(path, f"must be a text, got {value!r}"))
-    return ""
+    kind, wanted, empty = _KINDS[annotation.removesuffix(" | None")]
+    if not isinstance(value, kind) or (isinstance(value, Named) and not all(map(_is_text, value))):
+        problems.append(Problem(path, f"must be {wanted}, got {value!r}"))
+        return empty()
+    if isinstance(value, tuple):
+        return [_write_number(item, f"{path}[{index}]", problems) for index, item in enumerate(value)]
+    if isinstance(value, Named):
+        item_of = _write_vector if annotation == _POINTS else _write_number
+        return {name: item_of(value[name], join(path, name), problems) for name in value}
+    return empty(value)
+
+
+# Type of a value that is no number and no vector, its words, and what makes its placeholder.
+_KINDS: dict[str, tuple[type, str, Callable[..., Any]]] = {
+    _POINTS: (Points, "a mapping of names to positions", dict),
+    _CONSTANTS: (Constants, "a mapping of names to numbers", dict),
+    _LIST: (tuple, "a sequence of numbers", list),
+    _TRUTH: (bool, "True or False", bool),
+    "str": (str, "a text", str),
+}
+
+
+def _is_text(name: object) -> bool:
+    return isinstance(name, str)
 
 
 def _write_vector(value: Any, path: str, problems: list[Problem]) -> list[float | str]:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from ..base.arguments import did_you_mean, meant_or_known
 from ..base.rows import Array
-from ..base.units import with_blank
+from ..base.units import quantity_meant
 from ..errors import Problem, describe
 
 # More than a formula of a mechanism needs: the inertia of a rod with two holes has 90 characters, 40 nodes
@@ -134,7 +134,7 @@ def parse(text: str) -> Expression:
     if len(text) > MOST_CHARACTERS:
         raise ExpressionError(f"has {len(text)} characters; at most {MOST_CHARACTERS} are accepted")
     column = next((index for index, letter in enumerate(text) if letter not in _LETTERS), None)
-    meant = with_blank(text)
+    meant = quantity_meant(text)
     if re.fullmatch(r"\s*[+-]?[0-9]+,[0-9]+(\s+\S.*)?", text):
         point = text.strip().replace(",", ".", 1)
         raise ExpressionError(f'has a comma; decimals follow a point, "{point}"', text.index(","))
@@ -153,7 +153,7 @@ def parse(text: str) -> Expression:
     try:
         tree = ast.parse(text.strip(), mode="eval").body
     except SyntaxError as error:
-        if not error.offset:  # how the parser tells that the text should have gone on
+        if not error.offset:  # the text ends where more was expected
             message = "is no arithmetic expression: it ends too early"
             raise ExpressionError(message, min(len(text.rstrip()), len(text) - 1)) from None
         raise ExpressionError(

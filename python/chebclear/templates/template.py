@@ -220,7 +220,7 @@ class Template:
             except ExpressionError as error:
                 words = f'"{expression.text}" {error}'
                 problems.append(ExpressionProblem(path_text(path), words, error.column))
-        # A number that has no value stays zero: what else is wrong is told at once.
+        # A number without a value stays zero, so that all other problems are reported too.
         scene = read(plain, (Scene,), "", problems)
         if problems:
             raise SceneError(problems)

@@ -41,7 +41,7 @@ _MODEL_RUNS = (200, 1000)
 _TRUST, _MODELS = 3.0, 6
 # Change of tolerances up to which a model made with the earlier ones is that of the later ones too.
 _SETTLED = 0.05
-# Mechanisms of which a model tells the share outside: so many, or so many outside, and the most of them.
+# Draws for the share outside of a model: so many, or as many as have so many outside, and the most.
 _DRAWS, _DRAWS_OUTSIDE, _MOST_DRAWS = 20_000, 50, 200_000
 # Part of the deviation of a quantity within which a limit binds, and of a tolerance that is at its end.
 _BINDS = 1e-4
@@ -351,7 +351,7 @@ def checked_search(
             checks.add(f"runs must be at least {least} to prove a share of {wanted:g}, got {count}")
     try:
         watching, watched = watching_for(runner, asked)
-    except ArgumentError as error:  # limits of another dimension, unknown outputs: told with all else
+    except ArgumentError as error:  # limits of another dimension, unknown outputs
         for line in str(error).split("\n"):
             checks.add(line)
     checks.finish()

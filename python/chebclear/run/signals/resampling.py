@@ -34,7 +34,7 @@ def interpolated(instants: Array, t: Array, values: Array) -> Array:
     """Values of shape (times, outputs) at other instants, by cubics through four equally spaced ones.
 
     A chord is off by 14 um in the position of the paper's slider over 91 samples a revolution, as much as
-    a narrow band is wide, and held-out runs are off alike: no calibration would tell.
+    a narrow band is wide, and held-out runs are off alike: calibration does not see it.
     """
     if len(t) < 4:
         return np.stack([np.interp(instants, t, column) for column in values.T], axis=-1)

@@ -61,8 +61,8 @@ class FieldTable:
 def field_tables() -> list[FieldTable]:
     """All tables that a scene file may hold, in the order in which one writes them."""
     parts = {name: choices for name, choices in Scene._choices.items()}
-    told = descriptions(Scene)
-    tables = [_head(), _parameters(), FieldTable("[ground]", "", told["ground"], (_points(),))]
+    meanings = descriptions(Scene)
+    tables = [_head(), _parameters(), FieldTable("[ground]", "", meanings["ground"], (_points(),))]
     held: dict[str, tuple[type[Part], ...]] = {}
     for name, choices in parts.items():
         for part in choices:
@@ -108,8 +108,8 @@ def plain(tables: list[FieldTable]) -> str:
         width = max(len(row.name) for row in table.rows)
         for row in table.rows:
             default = row.default if row.default in _WORDS else f"default {row.default}"
-            told = f"{row.value}; {default}. {_unmarked(row.meaning)}"
-            wrapped = textwrap.wrap(told, WIDTH - width - 6)
+            text = f"{row.value}; {default}. {_unmarked(row.meaning)}"
+            wrapped = textwrap.wrap(text, WIDTH - width - 6)
             lines.append(f"    {row.name.ljust(width)}  {wrapped[0]}")
             lines += [f"{' ' * (width + 6)}{line}" for line in wrapped[1:]]
         lines.append("")
@@ -200,7 +200,7 @@ def _parameters() -> FieldTable:
 
 
 def _run() -> FieldTable:
-    told, rows = descriptions(Settings), []
+    meanings, rows = descriptions(Settings), []
     own = {item.name: item for item in fields(Settings)}
     for name in (*UNITS, "method", "outputs"):
         item = own[name]
@@ -208,7 +208,7 @@ def _run() -> FieldTable:
         if name == "outputs":
             value = "list of texts"
         default = {"duration": "required", "samples": "1001", "outputs": "optional"}.get(name, _default(item))
-        rows.append(FieldRow(name, value, default, _without_unit(told[name], UNITS.get(name, ""))))
+        rows.append(FieldRow(name, value, default, _without_unit(meanings[name], UNITS.get(name, ""))))
     words = "How to simulate; the command line replaces each by an option of the same name."
     return FieldTable("[run]", "", words, tuple(rows))
 
@@ -250,7 +250,7 @@ def _costs() -> FieldTable:
 
 
 def _table(section: str, part: type[Part]) -> FieldTable:
-    told, words = descriptions(part), accepted_words(part)
+    meanings, words = descriptions(part), accepted_words(part)
     rows = (
         []
         if part._tag is None
@@ -259,7 +259,9 @@ def _table(section: str, part: type[Part]) -> FieldTable:
     for item in fields(part):  # type: ignore[arg-type]
         unit = str(item.metadata.get("unit", ""))
         value = _value(part, item, unit, words)
-        rows.append(FieldRow(item.name, value, _default(item), _without_unit(told.get(item.name, ""), unit)))
+        rows.append(
+            FieldRow(item.name, value, _default(item), _without_unit(meanings.get(item.name, ""), unit))
+        )
     return FieldTable(section, "" if part._tag is None else part._tag[1], summary(part), tuple(rows))
 
 
