@@ -162,11 +162,7 @@ class Arguments(Checks):
             self.real(name, value, unit_of(name), above=0.0)
 
     def places(
-        self,
-        chosen: object,
-        clearance: object,
-        pins: Sequence[str],
-        driven: str | None = None,
+        self, chosen: object, clearance: object, pins: Sequence[str], driven: str | None = None
     ) -> dict[str, float]:
         """The clearance of every pin in `clearance_at`; notes names and numbers that are wrong.
 
@@ -381,10 +377,7 @@ def elbow(
         return None
     across = side * first * math.sqrt(max(0.0, (1.0 - ratio) * (1.0 + ratio)))
     unit_x, unit_y = along_x / distance, along_y / distance
-    return (
-        start[0] + along * unit_x - across * unit_y,
-        start[1] + along * unit_y + across * unit_x,
-    )
+    return (start[0] + along * unit_x - across * unit_y, start[1] + along * unit_y + across * unit_x)
 
 
 def direction(start: tuple[float, float], end: tuple[float, float] | None) -> float:

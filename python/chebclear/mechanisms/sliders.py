@@ -9,17 +9,7 @@ from typing import Any, Unpack
 from ..base.arguments import as_number
 from ..errors import SceneError
 from ..scene.scene import Body, Gravity, Prismatic, Revolute, Scene, Speed, rpm
-from .joints import (
-    PinOptions,
-    Play,
-    as_mass,
-    bar,
-    checked,
-    direction,
-    on_circle,
-    with_pins,
-    with_units,
-)
+from .joints import PinOptions, Play, as_mass, bar, checked, direction, on_circle, with_pins, with_units
 
 _TABLE_2_SPEED = rpm(2000.0)
 
@@ -143,10 +133,7 @@ def slider_crank(
 
 @with_units
 def flores_slider_crank(
-    *,
-    clearance: float = 5e-4,
-    crank_speed: float = rpm(5000.0),
-    **changes: Any,
+    *, clearance: float = 5e-4, crank_speed: float = rpm(5000.0), **changes: Any
 ) -> Scene:
     """The slider-crank of P. Flores and co-workers, to which papers on joint clearance compare themselves.
 

@@ -244,8 +244,7 @@ def reproduction(
     if script is not None:
         listings.insert(0, Listing(script.name, script.text, meaning))
     return Section(
-        "How to reproduce it",
-        [Table("Settings and versions", ["setting", "value"], rows), *listings, *more],
+        "How to reproduce it", [Table("Settings and versions", ["setting", "value"], rows), *listings, *more]
     )
 
 

@@ -360,11 +360,7 @@ class Trajectory(WithNotices, WithSignals, records.Saved, Exports, Named[Array],
         return animate(self, output, **options)
 
     def report(
-        self,
-        path: str | os.PathLike[str],
-        *,
-        outputs: Sequence[str] | None = None,
-        title: str | None = None,
+        self, path: str | os.PathLike[str], *, outputs: Sequence[str] | None = None, title: str | None = None
     ) -> Path:
         """Write a report of the run: one HTML file that needs no network.
 

@@ -15,16 +15,7 @@ from ..base.shown import listed
 from ..base.units import units
 from ..errors import SceneError
 from .functions import Expression, Table, unit_of_points
-from .parts import (
-    GROUND,
-    Inspection,
-    Prismatic,
-    Stop,
-    ends_of,
-    has_contacts,
-    joints_with_play,
-    owner_of,
-)
+from .parts import GROUND, Inspection, Prismatic, Stop, ends_of, has_contacts, joints_with_play, owner_of
 from .schema import Part, Points
 
 if TYPE_CHECKING:

@@ -86,8 +86,7 @@ class _Reader:
     def _check_name(self, name: str) -> None:
         if not name.isascii() or not name.isidentifier():
             self.values.note(
-                ("parameters", name),
-                "a parameter is named by letters, digits and _, beginning with a letter",
+                ("parameters", name), "a parameter is named by letters, digits and _, beginning with a letter"
             )
         elif name in CONSTANTS or name in FUNCTIONS or keyword.iskeyword(name):
             what = "constant" if name in CONSTANTS else "function" if name in FUNCTIONS else "word"

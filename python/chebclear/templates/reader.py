@@ -140,11 +140,7 @@ def _read_json(text: str) -> dict[str, Any]:
 
 
 def _located(
-    problems: Iterable[Problem],
-    places: Mapping[Path, Place],
-    text: str,
-    name: str,
-    replaced: Sequence[str],
+    problems: Iterable[Problem], places: Mapping[Path, Place], text: str, name: str, replaced: Sequence[str]
 ) -> list[Problem]:
     """Problems in the order of the file, each with line, column and the line itself.
 

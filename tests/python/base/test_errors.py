@@ -31,10 +31,7 @@ def test_one_root_catches_everything():
 def test_scene_error_lists_every_problem_on_its_line():
     error = cc.errors.SceneError(PROBLEMS)
     assert error.problems == [cc.errors.Problem(*problem) for problem in PROBLEMS]
-    assert str(error).splitlines() == [
-        "bodies[0].mass: must be > 0 [kg], got -1",
-        "joints[2]: is missing",
-    ]
+    assert str(error).splitlines() == ["bodies[0].mass: must be > 0 [kg], got -1", "joints[2]: is missing"]
 
 
 def test_simulation_error_says_when_where_why_and_with_which_parameters():

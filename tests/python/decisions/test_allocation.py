@@ -223,12 +223,7 @@ def test_bad_input_is_told_at_once():
     with pytest.raises(cc.errors.ArgumentError) as caught:
         cc.allocate(
             study,
-            {
-                "a": lambda t: t,
-                "b": lambda t: 1.0 / t,
-                "c": {"1 kg": "dear", -1.0: 2.0},
-                "d": lambda t: 1.0,
-            },
+            {"a": lambda t: t, "b": lambda t: 1.0 / t, "c": {"1 kg": "dear", -1.0: 2.0}, "d": lambda t: 1.0},
             LIMIT,
             share=0.999,
             runs=100,

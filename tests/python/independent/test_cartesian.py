@@ -265,10 +265,7 @@ def four_bar_and_slider():
             cc.Prismatic("guide", "ground.D", "slider", axis=(1.0, 0.0)),
         ],
         driven(60.0),
-        bodies=[
-            link("rod", rod, 0.15, -math.asin(rise / rod)),
-            cc.Body("slider", 0.2, 1e-4, (0.005, 0.0)),
-        ],
+        bodies=[link("rod", rod, 0.15, -math.asin(rise / rod)), cc.Body("slider", 0.2, 1e-4, (0.005, 0.0))],
     )
 
 

@@ -174,10 +174,7 @@ def solve(phase, method, model, times):
             changes.append(t)
 
 
-CODES = {
-    "Radau": (phase_by_scipy, "Radau"),
-    "CVODE BDF": (phase_by_cvode, "BDF"),
-}
+CODES = {"Radau": (phase_by_scipy, "Radau"), "CVODE BDF": (phase_by_cvode, "BDF")}
 # Duration of the comparison [s]: so many contact changes that errors have not grown a thousandfold.
 SCENES = {
     "slider-crank, as printed": ("as_printed", 1.0e-3),

@@ -18,14 +18,7 @@ PINS = {
     "flores_slider_crank": ("crank_pin", "wrist"),
     "four_bar": ("crank_pin", "rocker_pin", "rocker_bearing"),
     "quick_return": ("crank_pin", "lever_bearing", "lever_pin", "ram_pin"),
-    "six_bar": (
-        "crank_pin",
-        "rocker_pin",
-        "rocker_bearing",
-        "coupler_pin",
-        "output_pin",
-        "output_bearing",
-    ),
+    "six_bar": ("crank_pin", "rocker_pin", "rocker_bearing", "coupler_pin", "output_pin", "output_bearing"),
     "pendulum_in_bearing": ("pivot",),
 }
 SUBSETS = [

@@ -208,9 +208,7 @@ def test_gate_15_books_that_are_off_where_friction_sticks_close_with_a_finer_vel
     case = extremes.draw(549)
     coarse = extremes.simulate(case, duration=0.3 * case.duration)
     fine = extremes.simulate(
-        case,
-        duration=0.3 * case.duration,
-        velocity_tolerance=extremes.FINE_STICKING * case.stick_velocity,
+        case, duration=0.3 * case.duration, velocity_tolerance=extremes.FINE_STICKING * case.stick_velocity
     )
     assert coarse.success and fine.success
     print(f"off by {extremes.imbalance(coarse):.2g} and {extremes.imbalance(fine):.2g} of what is at play")

@@ -7,16 +7,7 @@ import chebclear as cc
 import hostile_names
 import numpy as np
 import pytest
-from chebclear.report.document import (
-    Document,
-    Items,
-    Listing,
-    Picture,
-    Section,
-    Table,
-    Text,
-    Verdict,
-)
+from chebclear.report.document import Document, Items, Listing, Picture, Section, Table, Text, Verdict
 from chebclear.report.html import as_html, fragment
 from chebclear.report.markup import element
 

@@ -113,11 +113,7 @@ LAWS = [
     cc.laws.Impact(1e10, 500.0, 2e-6),
     cc.laws.Hertz(1e8, exponent=1.2),
 ]
-FRICTIONS = [
-    None,
-    cc.laws.ModifiedCoulomb(0.1, 0.05, 1e-3, 1.5e-3),
-    cc.laws.SmoothedCoulomb(0.1, 5e-3),
-]
+FRICTIONS = [None, cc.laws.ModifiedCoulomb(0.1, 0.05, 1e-3, 1.5e-3), cc.laws.SmoothedCoulomb(0.1, 5e-3)]
 
 
 def wrist(law, friction, sliding="surface"):

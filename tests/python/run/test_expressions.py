@@ -91,11 +91,7 @@ PAIRS = {
         [STRUT],
         [
             cc.Damper(
-                "strut",
-                "ground.W",
-                "block.P",
-                0.0,
-                tension=Expression(TENSION.format(name="strut"), SPRING),
+                "strut", "ground.W", "block.P", 0.0, tension=Expression(TENSION.format(name="strut"), SPRING)
             )
         ],
         INCLINED,

@@ -15,16 +15,7 @@ TABLE = 0.2
 def table(law, speed, friction=None, place=0.0):
     """A block of 1 kg that lies and slides on the lower face of a wide guide."""
     guide = cc.ClearancePrismatic(
-        "table",
-        "ground",
-        "block",
-        (1.0, 0.0),
-        LENGTH,
-        HEIGHT,
-        CLEARANCE,
-        law,
-        friction,
-        face_length=TABLE,
+        "table", "ground", "block", (1.0, 0.0), LENGTH, HEIGHT, CLEARANCE, law, friction, face_length=TABLE
     )
     depth = (0.5 * GRAVITY / law.stiffness) ** (1.0 / law.exponent)
     start = cc.GuideStart("table", offset=-CLEARANCE - depth, velocity=speed, displacement=place)
@@ -40,13 +31,7 @@ def test_a_block_that_slides_off_a_table_tips_when_its_center_passes_the_end(met
     scene = table(cc.laws.Hertz(1e10), speed)
     outputs = ["table.rear_right.normal_force", "table.front_right_end.normal_force", "block.x", "energy.*"]
     run = cc.simulate(
-        scene,
-        duration=0.6,
-        samples=601,
-        method=method,
-        outputs=outputs,
-        rtol=1e-8,
-        on_failure="return",
+        scene, duration=0.6, samples=601, method=method, outputs=outputs, rtol=1e-8, on_failure="return"
     )
     passed, lifted = run.events
     assert (passed.kind, passed.joint) == ("transfer", "table.front_right")
@@ -118,13 +103,7 @@ def test_momenta_and_energy_are_kept_across_the_ends(corners, face, method):
     turning = [f"{body}.angular_velocity" for body in ("first", "second")]
     outputs = [*names, *turning, "energy.balance", "energy.total"]
     run = cc.simulate(
-        scene,
-        duration=0.1,
-        samples=201,
-        method=method,
-        rtol=1e-9,
-        outputs=outputs,
-        on_failure="return",
+        scene, duration=0.1, samples=201, method=method, rtol=1e-9, outputs=outputs, on_failure="return"
     )
     assert any(event.kind == "transfer" for event in run.events)
     reached = run.t <= run.end_time
@@ -149,12 +128,7 @@ def test_a_long_block_in_a_short_guide_is_a_rod_in_a_sleeve():
 
     plain, long, sleeve, short = (
         cc.simulate(on_ground(pair(law, **fields)), duration=0.04, samples=41, rtol=1e-10, outputs=outputs)
-        for fields in (
-            {},
-            {"face_length": 2.0},
-            {"corners": "a"},
-            {"length": 2.0, "face_length": LENGTH},
-        )
+        for fields in ({}, {"face_length": 2.0}, {"corners": "a"}, {"length": 2.0, "face_length": LENGTH})
     )
     assert len(plain.events) >= 6 and len(sleeve.events) >= 6
     np.testing.assert_allclose(long.samples, plain.samples, atol=1e-8)

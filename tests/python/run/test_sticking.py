@@ -189,10 +189,7 @@ def test_a_free_pair_keeps_its_momenta_and_energy():
     """Two bodies meet in a bearing: nothing acts from outside, and friction only loses energy."""
     friction = cc.laws.StickSlip(0.4, 0.3, 1e-3)
     scene = cc.Scene(
-        [
-            cc.Body("shaft", 2.0, 4e-4),
-            cc.Body("housing", 3.0, 1e-2, points={"hole": (0.05, -0.03)}),
-        ],
+        [cc.Body("shaft", 2.0, 4e-4), cc.Body("housing", 3.0, 1e-2, points={"hole": (0.05, -0.03)})],
         [cc.ClearanceRevolute("pin", "housing.hole", "shaft", 0.02, 1e-3, line(1e7), friction)],
         start=[
             cc.ClearanceStart("pin", (0.0, 0.0), (0.7, 0.2)),

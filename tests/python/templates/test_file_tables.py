@@ -129,11 +129,7 @@ def test_a_fit_without_its_package_says_what_to_install(monkeypatch):
 
 @pytest.mark.parametrize(
     ("written", "exponent"),
-    [
-        ('"3.3e11 N/m"', ""),
-        ('"3.3e11 N/m^1.5"', "exponent = 1.4, "),
-        ('"3.3e11 N/m^1.5"', "exponent = 1, "),
-    ],
+    [('"3.3e11 N/m"', ""), ('"3.3e11 N/m^1.5"', "exponent = 1.4, "), ('"3.3e11 N/m^1.5"', "exponent = 1, ")],
 )
 def test_the_unit_of_a_stiffness_must_fit_the_exponent(written, exponent):
     told = problems(CRANK.replace(STIFFNESS, f"{exponent}stiffness = {written}"))

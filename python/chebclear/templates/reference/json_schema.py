@@ -79,10 +79,7 @@ def records(part: type[Part]) -> Iterator[type[Part]]:
 
 def _number(description: str) -> dict[str, Any]:
     written = "a number in SI units, a quantity such as '20 um', or an expression"
-    return {
-        "description": f"{description.rstrip('.')}: {written}",
-        "type": ["number", "string"],
-    }
+    return {"description": f"{description.rstrip('.')}: {written}", "type": ["number", "string"]}
 
 
 REQUIREMENT: dict[str, Any] = {
