@@ -242,11 +242,11 @@ def joint(scene, name):
 
 
 class TestArguments:
-    @pytest.mark.parametrize("pin", ["crank_bearing", "wrsit", 3])
+    @pytest.mark.parametrize("pins", [("crank_bearing",), ("wrsit",), (3,), ("crank_pin", "crank_pin")])
     @pytest.mark.parametrize("name", ["slider_crank", "four_bar", "quick_return", "six_bar"])
-    def test_driven_bearings_and_unknown_pins_cannot_have_clearance(self, name, pin):
+    def test_driven_unknown_and_repeated_pins_cannot_have_clearance(self, name, pins):
         with pytest.raises(cc.errors.SceneError) as caught:
-            getattr(mechanisms, name)(clearance_at=(pin,), crank_length=-1.0)
+            getattr(mechanisms, name)(clearance_at=pins, crank_length=-1.0)
         assert {problem.path for problem in caught.value.problems} == {"crank_length", "clearance_at"}
 
     def test_clearances_by_name_must_fit_the_pins(self):

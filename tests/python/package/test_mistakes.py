@@ -24,20 +24,6 @@ QUIET = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 # --- scenes ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("build", "pin"),
-    [
-        (MECHANISMS.slider_crank, "wrist"),
-        (MECHANISMS.four_bar, "rocker_pin"),
-        (MECHANISMS.six_bar, "output_pin"),
-        (MECHANISMS.quick_return, "crank_pin"),
-    ],
-)
-def test_a_pin_named_twice(build, pin):
-    with pytest.raises(cc.errors.SceneError, match=f'clearance_at: has the pin "{pin}" more than once'):
-        build(clearance_at=(pin, pin))
-
-
 @pytest.mark.parametrize("clearance", [0.0, np.float64(0.0), -1e-5, math.nan, math.inf, {"wrist": 0.0}])
 def test_a_clearance_that_is_none_is_one_problem(clearance):
     # And not a second one of the stiffness that Hertz makes of it.
