@@ -176,13 +176,15 @@ ASSIGNMENT = Kind("NAME=VALUE", assignment)
 TOLERANCE = Kind("X", tolerance)
 
 # The scene file and the values that replace some of its own.
-SCENE = Option("scene", FILE, "scene file: TOML, or JSON as Scene.to_json writes it")
-SET = Option(
-    "--set",
-    ASSIGNMENT,
-    "replace a value of the file: a parameter, as in rod_length='130 mm', or any other by its path, as in "
-    "joints.wrist.clearance=2e-4; may be given again",
-    repeated=True,
+SCENE = (
+    Option("scene", FILE, "scene file: TOML, or JSON as Scene.to_json writes it"),
+    Option(
+        "--set",
+        ASSIGNMENT,
+        "replace a value of the file: a parameter, as in rod_length='130 mm', or any other by its path, as "
+        "in joints.wrist.clearance=2e-4; may be given again",
+        repeated=True,
+    ),
 )
 # Settings that replace those of the table [run].
 TIMES = (
@@ -196,7 +198,8 @@ OUTPUTS = Option(
     "outputs of interest, or patterns as 'wrist.*' (default: the file's, or the motion of what slides or "
     "swings, forces in clearance joints and driving torques)",
 )
-METHOD = (
+SETTINGS = (
+    *TIMES,
     Option("--method", METHODS, "integrator (default: the file's, or auto)"),
     Option(
         "--rtol",

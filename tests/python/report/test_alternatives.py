@@ -1,6 +1,7 @@
 """What a report says of cheaper and tighter settings, against studies made with those settings."""
 
 import math
+import re
 
 import chebclear as cc
 import numpy as np
@@ -42,9 +43,8 @@ def test_a_lower_degree_on_the_same_runs():
     less = study.chebyshev(2, nodes=4)
     assert number(row[1]) == pytest.approx(mean_width(less["x"]), rel=2e-3)
     assert number(row[2]) == pytest.approx(mean_width(result["x"]), rel=2e-3)
-    assert "need 13 runs in place of 20, one more 29" in text
-    assert len(study.chebyshev(2).parameters) + 1 == 13
-    assert len(study.chebyshev(4).parameters) + 1 == 29
+    counts = [len(study.chebyshev(degree).parameters) + 1 for degree in (2, 3, 4)]
+    assert [int(count) for count in re.findall(r"\d+", text)] == counts
     assert not alternatives(study.chebyshev(1))
 
 
@@ -53,24 +53,24 @@ def test_half_of_a_hull_of_independent_runs():
     result = study.band(82, coverage=0.95)
     assert result.requirement.independent
     _, text = found(result)
-    assert "prove a mean coverage of 95.23 % only" in text
+    # Half of 82 independent runs: 1 - 2 / (41 + 1).
+    assert f"{math.floor(1e4 * (1.0 - 2.0 / 42.0)) / 100.0:g} %" in text
 
 
 def test_a_scan_of_fewer_values():
     study = cc.Study(oscillator, BOX)
     result = study.scan(5)
-    table, text = found(result)
+    table, _ = found(result)
     [row] = table.rows
     less = study.scan(3)  # its values are the first, third and fifth of five
     assert number(row[1]) == pytest.approx(mean_width(less["x"]), rel=2e-3)
     assert number(row[2]) == pytest.approx(mean_width(result["x"]), rel=2e-3)
-    assert "9 runs at 3 x 3 of the 5 x 5 values" in table.caption and "the other 16" in table.caption
+    assert re.findall(r"\d+", table.caption) == list("933") + ["5", "5", "16"]
     inside = (result["x"].runs[:25] >= less["x"].lower) & (result["x"].runs[:25] <= less["x"].upper)
     # All samples of the nine runs are inside; the share is that of the others, rounded down.
     share = 100.0 * (inside.mean() * 25.0 - 9.0) / 16.0
     assert share - 0.01 <= float(row[4].removesuffix(" %")) <= share
-    assert "inner bound" in text
-    assert "not said" in alternatives(study.scan(2))[0].text
+    assert not any(isinstance(block, Table) for block in alternatives(study.scan(2)))
 
 
 def test_half_of_a_study_by_crank_angle():

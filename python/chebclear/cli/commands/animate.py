@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from ...plots.animation.animate import animate as animated
-from ..options import COUNT, DIRECTORY, METHOD, NAME, SCENE, SET, TIMES, Command, Kind, Option
+from ..options import COUNT, DIRECTORY, NAME, SCENE, SETTINGS, Command, Kind, Option
 from ..output import print_json, require_writable
 from ..scenes import progress_of, settings_of, template_of
 
@@ -50,8 +50,7 @@ COMMANDS = {
         "ffmpeg is found.",
         "chebclear animate press.toml --to press.gif --joint knee",
         [
-            SCENE,
-            SET,
+            *SCENE,
             Option(
                 "--to",
                 Kind("FILE", _picture),
@@ -62,7 +61,7 @@ COMMANDS = {
             Option("--output", NAME, "the output that is plotted (default: the force)"),
             Option("--joint", NAME, "the loose joint to magnify (default: the first)"),
             Option("--frames", COUNT, "pictures", 120),
-            *(*TIMES, *METHOD),
+            *SETTINGS,
         ],
     )
 }

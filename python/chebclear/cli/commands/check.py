@@ -13,7 +13,7 @@ from ...scene.parts import ends_of, joints_with_play
 from ...scene.scene import ClearanceRevolute, Scene
 from ...templates.template import Template
 from ..figures import draw_scene
-from ..options import DIRECTORY, SCENE, SET, Command, Option
+from ..options import DIRECTORY, SCENE, Command, Option
 from ..output import print_json, require_writable
 from ..scenes import hint, period_of, template_of
 
@@ -139,8 +139,7 @@ COMMANDS = {
         "intervals. Nothing is simulated.",
         "chebclear check press.toml",
         [
-            SCENE,
-            SET,
+            *SCENE,
             Option("--out", DIRECTORY, "directory for the picture, FILE.png", Path(".")),
             Option("--list-outputs", None, "list the names of all outputs, with their units"),
             Option("--no-picture", None, "write no file"),

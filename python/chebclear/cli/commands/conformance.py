@@ -11,7 +11,7 @@ from ...decisions.contrast import Difference, contrast as compare_designs
 from ...study.requirements.conformance import Share
 from ...templates.reader import load
 from ..bands import EXIT_NOT_MET, hand_over, share_rows
-from ..options import COUNT, MEANS, METHOD, NUMBER, SCENE, SET, TIMES, Command, Kind, Option, out
+from ..options import COUNT, MEANS, NUMBER, SCENE, SETTINGS, Command, Kind, Option, out
 from ..output import require_writable
 from ..plans import plan_of
 from ..scenes import changes_of, study_settings, template_of
@@ -165,7 +165,7 @@ COMMANDS = {
         "and points inside are taken, and the smallest and the largest share are reported.",
         "chebclear conformance examples/toggle_press.toml --runs 2000",
         [
-            *(SCENE, SET),
+            *SCENE,
             Option("--runs", COUNT, "mechanisms, or the most", 1000),
             Option(
                 "--failures",
@@ -185,7 +185,7 @@ COMMANDS = {
                 NUMBER,
                 "exit with 3 unless the share of all requirements is at least this, with the confidence [-]",
             ),
-            *(*TIMES, *METHOD),
+            *SETTINGS,
             out("conformance.txt, the table of shares (md, csv, json) and a PNG for every requirement"),
             *MEANS,
         ],
@@ -197,10 +197,10 @@ COMMANDS = {
         "with exact intervals, and what differs in the two files.",
         "chebclear contrast press.toml longer_guide.toml --runs 200",
         [
-            *(SCENE, SET),
+            *SCENE,
             Option("second", Kind("SECOND", Path), "scene file of the second design"),
             Option("--runs", COUNT, "pairs of mechanisms", 200),
-            *(*_sure("value"), *TIMES, *METHOD),
+            *(*_sure("value"), *SETTINGS),
             out("report.html, contrast.txt, the table of features (md, csv, json) and a PNG for each"),
             *MEANS,
         ],
@@ -212,10 +212,10 @@ COMMANDS = {
         "cost, and the share with its interval.",
         "chebclear allocate press.toml --share 0.99",
         [
-            *(SCENE, SET),
+            *SCENE,
             Option("--share", NUMBER, "share of the mechanisms that keeps to all requirements [-]", 0.99),
             Option("--runs", COUNT, "runs that prove it", 2000),
-            *(*_sure("share"), *TIMES, *METHOD),
+            *(*_sure("share"), *SETTINGS),
             out("report.html, allocation.txt, the table of tolerances (md, csv, json) and a picture"),
             *MEANS,
         ],

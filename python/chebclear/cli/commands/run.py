@@ -13,7 +13,7 @@ from ...base.writing import complete_folder
 from ...run.trajectory import Trajectory
 from ...scene.columns import column_unit
 from ..figures import draw_run
-from ..options import METHOD, OUTPUTS, SCENE, SET, TIMES, Command, out
+from ..options import OUTPUTS, SCENE, SETTINGS, Command, out
 from ..output import Rows, print_json, require_writable, table_text, write_table
 from ..scenes import hint, outputs_of, progress_of, settings_of, template_of
 
@@ -101,7 +101,7 @@ COMMANDS = {
         "contacts.",
         "chebclear run press.toml --set joints.wrist.clearance=2e-4 --out results",
         [
-            *(SCENE, SET, *TIMES, OUTPUTS, *METHOD),
+            *(*SCENE, *SETTINGS, OUTPUTS),
             out("report.html, run.npz, run.csv, tables of extremes and contacts (md, csv, json) and PNGs"),
         ],
     )

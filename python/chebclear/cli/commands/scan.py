@@ -14,21 +14,7 @@ from ...study.study import Study
 from ...templates.reader import load
 from ...templates.template import Template
 from ..bands import hand_over
-from ..options import (
-    COUNT,
-    MEANS,
-    METHOD,
-    NAME,
-    OUTPUTS,
-    SCENE,
-    SET,
-    THREADS,
-    TIMES,
-    Command,
-    Kind,
-    Option,
-    out,
-)
+from ..options import COUNT, MEANS, NAME, OUTPUTS, SCENE, SETTINGS, THREADS, Command, Kind, Option, out
 from ..output import require_writable
 from ..scenes import changes_of, progress_of, settings_of, template_of
 from .study import STUDY_FILES, carry_out, study_of
@@ -93,9 +79,9 @@ COMMANDS = {
         "extremes of the runs: between the points an output may reach further.",
         "chebclear scan press.toml --points 5 --out results",
         [
-            *(SCENE, SET),
+            *SCENE,
             Option("--points", COUNT, "points of every parameter", 10),
-            *(*TIMES, OUTPUTS, *METHOD, STUDY_FILES, *MEANS),
+            *(*SETTINGS, OUTPUTS, STUDY_FILES, *MEANS),
         ],
     ),
     "sweep": Command(
@@ -105,7 +91,7 @@ COMMANDS = {
         "revolution, resonances, and where joints begin to lose contact.",
         "chebclear sweep press.toml crank_speed '60 rpm' '600 rpm' --points 55",
         [
-            *(SCENE, SET),
+            *SCENE,
             Option("parameter", NAME, "a parameter of the file"),
             Option("lower", Kind("FROM"), "its first value, as 20 or '60 rpm'"),
             Option("upper", Kind("TO"), "its last value"),
@@ -113,7 +99,7 @@ COMMANDS = {
             Option("--revolutions", COUNT, "revolutions of each run whose features are found", 20),
             Option("--discard", COUNT, "revolutions before them, for the starting transient to decay", 10),
             Option("--angle", Kind("JOINT"), "joint whose revolutions count (default: the driven one)"),
-            *(*TIMES, *METHOD),
+            *SETTINGS,
             out("sweep.txt, the table of values (md, csv, json) and a PNG for every feature"),
             THREADS,
         ],

@@ -13,12 +13,10 @@ from ..options import (
     ASSIGNMENT,
     COUNT,
     MEANS,
-    METHOD,
     NUMBER,
     OUTPUTS,
     SCENE,
-    SET,
-    TIMES,
+    SETTINGS,
     WORDS,
     Command,
     Kind,
@@ -128,7 +126,7 @@ COMMANDS = {
         "from the runs themselves if these are such draws.",
         "chebclear study examples/slider_crank.toml --out results",
         [
-            *(SCENE, SET),
+            *SCENE,
             Option("--kind", list(_KINDS), "kind of study", "band"),
             Option(
                 "--runs",
@@ -179,7 +177,7 @@ COMMANDS = {
                 "standard deviation of the noise in an output of --measured, as in slider.ax='30 m/s2'",
                 repeated=True,
             ),
-            *(*TIMES, OUTPUTS, *METHOD, STUDY_FILES, *MEANS),
+            *(*SETTINGS, OUTPUTS, STUDY_FILES, *MEANS),
         ],
     )
 }

@@ -15,20 +15,7 @@ from ...templates.template import Template
 from ...tradeoffs import output as tradeoff_output
 from ...tradeoffs.of_scene import RTOLS, tradeoff
 from ...tradeoffs.recommendation import COSTS, MOST_ACCURACY
-from ..options import (
-    OUTPUTS,
-    SCENE,
-    SECONDS,
-    SET,
-    TIMES,
-    WORDS,
-    Command,
-    Kind,
-    Option,
-    out,
-    positive,
-    tolerances,
-)
+from ..options import OUTPUTS, SCENE, SECONDS, TIMES, WORDS, Command, Kind, Option, out, positive, tolerances
 from ..output import print_json, require_writable
 from ..scenes import changes_of, outputs_of, progress_of, settings_of, template_of
 
@@ -100,7 +87,7 @@ COMMANDS = {
         "paper's slider-crank.",
         "chebclear tradeoff press.toml --rtols 1e-4,1e-6 --outputs ram.x",
         [
-            *(replace(SCENE, nargs="?"), SET, *TIMES, OUTPUTS),
+            *(replace(SCENE[0], nargs="?"), *SCENE[1:], *TIMES, OUTPUTS),
             Option("--paper", _CONVENTIONS, "which slider-crank to take (as_printed)"),
             Option("--methods", WORDS, f"integrators (default: {','.join(METHODS)})"),
             Option("--rtols", Kind("X,Y", tolerances), "relative tolerances (default: 1e-3 to 1e-8)"),

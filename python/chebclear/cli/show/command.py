@@ -7,7 +7,7 @@ import threading
 import webbrowser
 
 from ...templates.reader import load
-from ..options import SCENE, SET, Command, Option
+from ..options import SCENE, Command, Option
 from ..output import print_json
 from ..scenes import changes_of
 from .server import PageServer, Shown
@@ -36,6 +36,6 @@ COMMANDS = {
         "problems are shown with their lines. The page is served to this computer alone; the program ends "
         "when it is closed.",
         "chebclear show press.toml",
-        [SCENE, SET, Option("--no-browser", None, "only print the address of the page")],
+        [*SCENE, Option("--no-browser", None, "only print the address of the page")],
     )
 }
