@@ -50,7 +50,8 @@ def test_the_first_screen_has_three_sentences_a_drawing_and_the_main_numbers(res
     drawing, table = document.first
     assert isinstance(drawing, Moving) and "mechanism" in drawing.still.finding
     assert [row[0] for row in table.rows] == ["rms", *list(result)[:11]]
-    assert table.caption.endswith(f"{len(result) + 1 - 12} more are in the details")
+    (moves,) = (one for one in document.sections if one.title == "How far the outputs move")
+    assert [row[0] for row in moves.blocks[0].rows] == list(result)[11:]
     text = as_html(document)
     assert text.count('<details class="part">') == len(document.sections)
     # As they were given, in one unit a row.

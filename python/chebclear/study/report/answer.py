@@ -170,8 +170,8 @@ def features_of(result: StudyResult) -> list[FeatureResult]:
     return [one for one in found if isinstance(one, FeatureResult)]
 
 
-def main_numbers(result: StudyResult, most: int | None = None) -> list[Table]:
-    """Features and outputs, a line each: nominal, smallest, largest, how sure; all, or so many."""
+def main_numbers(result: StudyResult, first: int = 0, end: int | None = None) -> list[Table]:
+    """Features and outputs, a line each: nominal, smallest, largest, how sure; all of them, or a part."""
     rows: list[list[Cell]] = []
     for one in features_of(result):
         reach = one.interval
@@ -184,13 +184,14 @@ def main_numbers(result: StudyResult, most: int | None = None) -> list[Table]:
         row: list[Cell] = [name, nominal, *_ends(extent(result, band), band.unit)]
         row[4] = format_quantity(band.max_width, band.unit)
         rows.append([*row, percent(band.whole_run), Verdict(band.verdict, JUDGMENTS[band.verdict])])
-    if not rows:
+    shown = rows[first:end]
+    if not shown:
         return []
-    more = 0 if most is None else len(rows) - most
-    caption = "The main numbers over the tolerances"
-    caption += f"; {more} more are in the details" if more > 0 else ""
+    more = len(rows) - first - len(shown)
+    caption = "Further numbers over the tolerances" if first else "The main numbers over the tolerances"
+    caption += f"; {more} more are in the details" if more else ""
     head = ["what", "nominal", "smallest", "largest", "differ by up to", "further one inside", "known as"]
-    return [Table(caption, head, rows[:most])]
+    return [Table(caption, head, shown)]
 
 
 def _ends(ends: tuple[float, float], unit: str) -> list[str]:

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-# Lines of the table of main numbers on the first screen; the details have all.
+# Lines of the table of main numbers on the first screen; the details have the others.
 _MOST_LINES = 12
 
 MEANINGS = {
@@ -67,7 +67,7 @@ def study_document(result: StudyResult, title: str | None) -> Document:
     time = [f"{format_quantity(result.seconds, 's', 2)} of runs"] if math.isfinite(result.seconds) else []
     subject = "The parameters and their intervals" if result.scene is None else "The tolerances"
     more = alternatives(result)
-    outputs: list[Block] = [*main_numbers(result)] if len(names) > _MOST_LINES else []
+    outputs: list[Block] = [*main_numbers(result, _MOST_LINES)]
     outputs += [
         dataclasses.replace(band_picture(band), caption=widest_of(result, band)) for band in bands.values()
     ]
@@ -76,7 +76,7 @@ def study_document(result: StudyResult, title: str | None) -> Document:
         or f"How far {'does' if len(names) == 1 else 'do'} {in_a_sentence(names)} move over the tolerances?",
         facts=[_method(result), counted, *time, version_fact()],
         answer=sentences(result),
-        first=[*_moving(result), *requirements(conformance), *main_numbers(result, _MOST_LINES)],
+        first=[*_moving(result), *requirements(conformance), *main_numbers(result, end=_MOST_LINES)],
         doubts=[*unproven(conformance), *unknown(result)],
         sections=[
             *([_shares(result, conformance)] if conformance is not None else []),
