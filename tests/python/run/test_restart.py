@@ -156,11 +156,3 @@ def test_what_is_no_end_is_refused():
     with pytest.raises(cc.errors.StartError) as caught:
         cc.simulate(PLAY, duration=1e-3, samples=2, start=type(end)(json.dumps(damaged)))
     assert {path for path, _ in caught.value.problems} == {"start.turns", "start.q"}
-
-
-def test_errors_are_estimated_of_a_continued_run_too():
-    first = cc.simulate(PLAY, duration=1 / 128, samples=3, rtol=1e-5)
-    run = cc.simulate(
-        PLAY, duration=1 / 256, samples=9, rtol=1e-5, start=first.end, error="estimate", outputs=["slider.vx"]
-    )
-    assert 0.0 < run.error["slider.vx"].max_difference < 1.0
