@@ -22,9 +22,6 @@ pub(crate) fn speed_scale(tree: &Tree, dynamics: &Dynamics, length: f64) -> f64 
         speed = speed.max(dynamics.point(slot.points[1]).velocity.norm());
     }
     let mass = tree.total_mass(length);
-    if mass == 0.0 {
-        return speed;
-    }
     let size = |load: &Load| match load {
         Load::Time(function) => function.scales()[0],
         Load::Motion(index) => {

@@ -394,11 +394,14 @@ impl Tree {
     }
 
     /// Mass of all bodies [kg]; of those that only have moments of inertia, the mass with these at the size [m] of the
-    /// mechanism.
+    /// mechanism; 1 kg where drives prescribe the motion of a linkage without either.
     pub fn total_mass(&self, length: f64) -> f64 {
         let mass: f64 = self.bodies.iter().map(|body| body.mass).sum();
-        let inertia = || self.bodies.iter().map(|body| body.inertia).sum::<f64>();
-        if mass > 0.0 { mass } else { inertia() / (length * length) }
+        if mass > 0.0 {
+            return mass;
+        }
+        let inertia: f64 = self.bodies.iter().map(|body| body.inertia).sum();
+        if inertia > 0.0 { inertia / (length * length) } else { 1.0 }
     }
 
     /// Equations of every closure, coupling and lock, in the order of their rows.

@@ -42,9 +42,7 @@ impl Tree {
     /// The mass of all bodies for every row in [m], at the size of the mechanism for one in [rad]. Were it much larger or
     /// smaller, digits would be lost; else the accelerations do not depend on it.
     fn masses_of_rows(&self, length: f64) -> Vec<f64> {
-        let total = self.total_mass(length);
-        // Where nothing has a mass drives prescribe the motion.
-        let mass = if total > 0.0 { total } else { 1.0 };
+        let mass = self.total_mass(length);
         let of_row = |is_angle: bool| if is_angle { mass * length * length } else { mass };
         let closures = self.closures.iter().flat_map(|_| [false; CLOSURE_ROWS]);
         let couplings = self.couplings.iter().map(|coupling| coupling.driven.slide.is_none());
