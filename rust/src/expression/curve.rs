@@ -28,9 +28,9 @@ pub enum Beyond {
 /// A table.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    points: Vec<f64>,
+    pub(crate) points: Vec<f64>,
     /// Coefficients of every piece in powers of the distance from its start.
-    pieces: Vec<[f64; 4]>,
+    pub(crate) pieces: Vec<[f64; 4]>,
     interpolation: Interpolation,
     beyond: Beyond,
     /// Value at the last point.
@@ -80,6 +80,19 @@ impl Curve {
         Ok(Self { points: points.to_vec(), pieces, interpolation, beyond, last })
     }
 
+    /// The cubic spline through `values` at `points`, which ends with them.
+    ///
+    /// # Errors
+    /// What is wrong with the points.
+    pub fn spline(points: &[f64], values: &[f64]) -> Result<Self, String> {
+        Self::new(points, values, Interpolation::Cubic, Beyond::End)
+    }
+
+    /// The points between two pieces.
+    pub(crate) fn inner_points(&self) -> &[f64] {
+        &self.points[1..self.points.len() - 1]
+    }
+
     /// Its first and its last point.
     pub fn ends(&self) -> [f64; 2] {
         [self.points[0], self.points[self.points.len() - 1]]
@@ -111,8 +124,7 @@ impl Curve {
     }
 
     fn search(&self, x: f64) -> usize {
-        let inner = &self.points[1..self.points.len() - 1];
-        inner.partition_point(|&point| point <= x)
+        self.inner_points().partition_point(|&point| point <= x)
     }
 
     /// The piece in which a number lies: -1 before the first one, `count` behind the last one, and over

@@ -1,8 +1,6 @@
 //! The loop over the steps: step-size control, projection, acceptance.
 
 use crate::integrators::events::{EventFinder, Guard};
-use crate::integrators::rosenbrock::Rosenbrock;
-use crate::integrators::tableaus::Tableau;
 use crate::integrators::{
     HybridSystem, Limits, NextLimits, Outcome, Projection, StateAt, Stats, Status, Stepper,
 };
@@ -89,23 +87,8 @@ pub(super) struct Run<'a> {
     pub(super) inner_guards: Vec<Guard>,
 }
 
-/// Integrates with a Rosenbrock method from `t` to `end`; `q` and `v` are the start and become
-/// the end.
+/// Integrates with a method from `t` to `end`; `q` and `v` are the start and become the end.
 pub fn integrate(
-    system: &mut dyn HybridSystem,
-    tableau: Tableau,
-    limits: Limits,
-    t: f64,
-    end: f64,
-    q: &mut [f64],
-    v: &mut [f64],
-) -> Outcome {
-    let mut method = Rosenbrock::new(tableau, system.dimension());
-    integrate_with(system, &mut method, limits, t, end, q, v)
-}
-
-/// Integrates with any method from `t` to `end`; `q` and `v` are the start and become the end.
-pub fn integrate_with(
     system: &mut dyn HybridSystem,
     method: &mut dyn Stepper,
     limits: Limits,

@@ -6,8 +6,9 @@
 //! happened on it (it counts as crossed only below minus its resolution), and several guards
 //! in one step (the earliest is located, the others are tested where the step ends).
 
-use crate::integrators::HybridSystem;
+use crate::integrators::control::Failure;
 use crate::integrators::dense::DenseStep;
+use crate::integrators::{HybridSystem, Status};
 
 /// Value of a guard function.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,22 +36,6 @@ impl Guard {
     }
 }
 
-/// A guard's root on the dense output.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Located {
-    /// The guard.
-    pub index: usize,
-    /// Instant of the root, as a fraction of the step.
-    pub theta: f64,
-}
-
-/// A guard could not be evaluated to a number inside a step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LocationFailure {
-    /// The guard.
-    pub index: usize,
-}
-
 /// The guards are sampled at every PIECES-th part of the step. With the test of the rates at the samples,
 /// only two extrema within one piece can be missed.
 const PIECES: usize = 8;
@@ -68,7 +53,7 @@ const ITERATIONS: usize = 60;
 
 /// Finds events on steps; owns the scratch memory.
 #[derive(Clone, Debug)]
-pub struct EventFinder {
+pub(super) struct EventFinder {
     /// Guards at the start of the step, at its interior samples and at its end.
     samples: Vec<Guard>,
     /// Parts of the step between them.
@@ -79,9 +64,16 @@ pub struct EventFinder {
     trial: Vec<Guard>,
 }
 
+/// A step whose dense output is finished, on which events are looked for.
+struct Search<'a> {
+    finder: &'a mut EventFinder,
+    system: &'a mut dyn HybridSystem,
+    step: &'a DenseStep,
+}
+
 impl EventFinder {
     /// A finder for `count` guards and `d` degrees of freedom.
-    pub fn new(count: usize, d: usize) -> Self {
+    pub(super) fn new(count: usize, d: usize) -> Self {
         Self {
             samples: vec![Guard::INACTIVE; (PIECES + 1) * count],
             pieces: PIECES,
@@ -99,7 +91,7 @@ impl EventFinder {
     /// that. A guard of unknown rate must exceed its change over the step plus its margin. A guard that is exactly zero
     /// at both ends, and has no rate there, watches what does not move: searched in every step, it cost a run the
     /// tenfold time.
-    pub fn may_have_event(h: f64, start: &[Guard], end: &[Guard]) -> bool {
+    pub(super) fn may_have_event(h: f64, start: &[Guard], end: &[Guard]) -> bool {
         start.iter().zip(end).any(|(a, b)| {
             let margin = h * a.rate.abs().max(b.rate.abs());
             let margin = if margin.is_nan() { (a.value - b.value).abs() + a.margin } else { margin };
@@ -111,14 +103,14 @@ impl EventFinder {
         })
     }
 
-    /// The earliest event on a step, whose dense output must be finished.
-    pub fn earliest(
+    /// The guard of the earliest event on a step, whose dense output must be finished, and the part of the step up to it.
+    pub(super) fn earliest(
         &mut self,
         system: &mut dyn HybridSystem,
         step: &DenseStep,
         start: &[Guard],
         end: &[Guard],
-    ) -> Result<Option<Located>, LocationFailure> {
+    ) -> Result<Option<(usize, f64)>, Failure> {
         let count = self.count;
         let pieces = if step.is_short { PIECES_OF_SHORT } else { PIECES };
         self.pieces = pieces;
@@ -130,77 +122,16 @@ impl EventFinder {
             system.guards(step.instant(theta), &self.q, &self.v, &mut self.samples[range]);
         }
         self.samples[pieces * count..(pieces + 1) * count].copy_from_slice(end);
-        let mut first: Option<Located> = None;
+        let mut search = Search { finder: self, system, step };
+        let mut first: Option<(usize, f64)> = None;
         for index in 0..count {
-            if let Some(theta) = self.root_of(system, step, index)?
-                && first.is_none_or(|known| theta < known.theta)
+            if let Some(theta) = search.root_of(index)?
+                && first.is_none_or(|(_, known)| theta < known)
             {
-                first = Some(Located { index, theta });
+                first = Some((index, theta));
             }
         }
         Ok(first)
-    }
-
-    fn root_of(
-        &mut self,
-        system: &mut dyn HybridSystem,
-        step: &DenseStep,
-        index: usize,
-    ) -> Result<Option<f64>, LocationFailure> {
-        for piece in 0..self.pieces {
-            let left = self.samples[piece * self.count + index];
-            let right = self.samples[(piece + 1) * self.count + index];
-            if left.value.is_nan() || right.value.is_nan() {
-                return Err(LocationFailure { index });
-            }
-            let [mut a, mut b] = [piece, piece + 1].map(|sample| sample as f64 / self.pieces as f64);
-            let mut bracketed = right.is_crossed();
-            if !bracketed && self.may_have_minimum(piece, index) {
-                let (theta, lowest) = self.minimum(system, step, index, a, b);
-                bracketed = lowest.is_crossed();
-                if bracketed {
-                    b = theta;
-                }
-            }
-            if !bracketed {
-                continue;
-            }
-            let mut value_a = left.value;
-            if value_a <= 0.0 {
-                if left.rate <= 0.0 {
-                    return Ok(Some(a));
-                }
-                // The guard is zero to rounding after an event, rises (or has an unknown rate), and has
-                // fallen again before b: bisect toward a until the guard is positive.
-                let mut width = b - a;
-                for _ in 0..ITERATIONS {
-                    width *= 0.5;
-                    let guard = self.evaluate(system, step, index, a + width);
-                    if guard.value > 0.0 {
-                        (a, value_a) = (a + width, guard.value);
-                        break;
-                    }
-                    b = a + width;
-                }
-                if value_a <= 0.0 {
-                    return Ok(Some(a));
-                }
-            }
-            return self.illinois(system, step, index, a, value_a, b).map(Some);
-        }
-        Ok(None)
-    }
-
-    fn evaluate(
-        &mut self,
-        system: &mut dyn HybridSystem,
-        step: &DenseStep,
-        index: usize,
-        theta: f64,
-    ) -> Guard {
-        step.at(theta, &mut self.q, &mut self.v);
-        system.guards(step.instant(theta), &self.q, &self.v, &mut self.trial);
-        self.trial[index]
     }
 
     /// Whether a guard may have a negative minimum inside a piece: it falls at its start and rises at its
@@ -224,21 +155,69 @@ impl EventFinder {
         // the test allows eight times that.
         falls <= 0.0 && rises >= 0.0 && left.value.min(right.value) <= first.max(second)
     }
+}
+
+impl Search<'_> {
+    fn root_of(&mut self, index: usize) -> Result<Option<f64>, Failure> {
+        let EventFinder { pieces, count, .. } = *self.finder;
+        for piece in 0..pieces {
+            let left = self.finder.samples[piece * count + index];
+            let right = self.finder.samples[(piece + 1) * count + index];
+            if left.value.is_nan() || right.value.is_nan() {
+                return Err((Status::EventLocation, Some(index)));
+            }
+            let [mut a, mut b] = [piece, piece + 1].map(|sample| sample as f64 / pieces as f64);
+            let mut bracketed = right.is_crossed();
+            if !bracketed && self.finder.may_have_minimum(piece, index) {
+                let (theta, lowest) = self.minimum(index, a, b);
+                bracketed = lowest.is_crossed();
+                if bracketed {
+                    b = theta;
+                }
+            }
+            if !bracketed {
+                continue;
+            }
+            let mut value_a = left.value;
+            if value_a <= 0.0 {
+                if left.rate <= 0.0 {
+                    return Ok(Some(a));
+                }
+                // The guard is zero to rounding after an event, rises (or has an unknown rate), and has
+                // fallen again before b: bisect toward a until the guard is positive.
+                let mut width = b - a;
+                for _ in 0..ITERATIONS {
+                    width *= 0.5;
+                    let guard = self.evaluate(index, a + width);
+                    if guard.value > 0.0 {
+                        (a, value_a) = (a + width, guard.value);
+                        break;
+                    }
+                    b = a + width;
+                }
+                if value_a <= 0.0 {
+                    return Ok(Some(a));
+                }
+            }
+            return self.illinois(index, a, value_a, b).map(Some);
+        }
+        Ok(None)
+    }
+
+    fn evaluate(&mut self, index: usize, theta: f64) -> Guard {
+        let Self { finder, system, step } = self;
+        step.at(theta, &mut finder.q, &mut finder.v);
+        system.guards(step.instant(theta), &finder.q, &finder.v, &mut finder.trial);
+        finder.trial[index]
+    }
 
     /// Minimum between a falling and a rising end, by bisection on the rate; stops at the first crossed
     /// value.
-    fn minimum(
-        &mut self,
-        system: &mut dyn HybridSystem,
-        step: &DenseStep,
-        index: usize,
-        mut a: f64,
-        mut b: f64,
-    ) -> (f64, Guard) {
+    fn minimum(&mut self, index: usize, mut a: f64, mut b: f64) -> (f64, Guard) {
         let mut lowest = (b, Guard::INACTIVE);
         for _ in 0..ITERATIONS {
             let theta = 0.5 * (a + b);
-            let guard = self.evaluate(system, step, index, theta);
+            let guard = self.evaluate(index, theta);
             if guard.value < lowest.1.value {
                 lowest = (theta, guard);
             }
@@ -246,7 +225,7 @@ impl EventFinder {
                 break;
             }
             if guard.rate.is_nan() {
-                return self.minimum_by_sections(system, step, index, [a, b]);
+                return self.minimum_by_sections(index, [a, b]);
             }
             if guard.rate < 0.0 { a = theta } else { b = theta }
         }
@@ -254,14 +233,8 @@ impl EventFinder {
     }
 
     /// The same by golden sections, where the rate is unknown.
-    fn minimum_by_sections(
-        &mut self,
-        system: &mut dyn HybridSystem,
-        step: &DenseStep,
-        index: usize,
-        [mut a, mut b]: [f64; 2],
-    ) -> (f64, Guard) {
-        let mut at = |theta: f64| (theta, self.evaluate(system, step, index, theta));
+    fn minimum_by_sections(&mut self, index: usize, [mut a, mut b]: [f64; 2]) -> (f64, Guard) {
+        let mut at = |theta: f64| (theta, self.evaluate(index, theta));
         let (mut left, mut right) = (at(b - GOLDEN * (b - a)), at(a + GOLDEN * (b - a)));
         for _ in 0..SECTIONS {
             if left.1.is_crossed() || right.1.is_crossed() {
@@ -280,17 +253,9 @@ impl EventFinder {
 
     /// Root between `a` (value > 0) and `b` (value < 0): the Illinois variant of regula falsi,
     /// with bisection whenever it fails to halve the bracket in three steps.
-    fn illinois(
-        &mut self,
-        system: &mut dyn HybridSystem,
-        step: &DenseStep,
-        index: usize,
-        mut a: f64,
-        mut value_a: f64,
-        mut b: f64,
-    ) -> Result<f64, LocationFailure> {
-        let mut value_b = self.evaluate(system, step, index, b).value;
-        let tolerance = 4.0 * f64::EPSILON * (step.t.abs() + step.h) / step.h;
+    fn illinois(&mut self, index: usize, mut a: f64, mut value_a: f64, mut b: f64) -> Result<f64, Failure> {
+        let mut value_b = self.evaluate(index, b).value;
+        let tolerance = 4.0 * f64::EPSILON * (self.step.t.abs() + self.step.h) / self.step.h;
         let mut side = 0;
         let mut width = b - a;
         for iteration in 0..ITERATIONS {
@@ -303,9 +268,9 @@ impl EventFinder {
             }
             let secant = b - value_b * (b - a) / (value_b - value_a);
             let theta = if bisect || !(secant > a && secant < b) { 0.5 * (a + b) } else { secant };
-            let value = self.evaluate(system, step, index, theta).value;
+            let value = self.evaluate(index, theta).value;
             if value.is_nan() {
-                return Err(LocationFailure { index });
+                return Err((Status::EventLocation, Some(index)));
             }
             // Signs are compared as signs: a product of tiny values would underflow.
             if value > 0.0 {

@@ -21,7 +21,7 @@ use crate::numerics::instant::Instant;
 use dense::DenseStep;
 use events::Guard;
 
-pub use control::{integrate, integrate_with};
+pub use control::integrate;
 
 /// What the integrator needs to know of a system.
 pub trait HybridSystem {

@@ -24,32 +24,30 @@ impl Run<'_> {
             return Ok(None);
         }
         self.finish_dense()?;
-        let located = self
-            .finder
-            .earliest(self.system, self.method.step(), &self.start_guards, &self.end_guards)
-            .map_err(|failure| (Status::EventLocation, Some(failure.index)))?;
-        let Some(event) = located else { return Ok(None) };
+        let located =
+            self.finder.earliest(self.system, self.method.step(), &self.start_guards, &self.end_guards)?;
+        let Some((event, theta)) = located else { return Ok(None) };
         let full = self.method.step().h;
         let resolution = self.resolution(full);
-        if event.theta * full < resolution {
-            return self.end_where_it_began(event.index);
+        if theta * full < resolution {
+            return self.end_where_it_began(event);
         }
-        self.read_guards_inside(event.theta);
-        let guard = self.inner_guards[event.index];
-        let mut h = event.theta * full;
+        self.read_guards_inside(theta);
+        let guard = self.inner_guards[event];
+        let mut h = theta * full;
         if guard.rate < 0.0 {
             h = (h - 0.5 * guard.overshoot / guard.rate).min(full);
         }
         // The guard is positive at `low` and not at `high`.
-        let mut low = (0.0, self.start_guards[event.index].value);
+        let mut low = (0.0, self.start_guards[event].value);
         let mut high = (full, f64::NAN);
         for attempt in 1.. {
-            self.retake(h, event.index)?;
-            let guard = self.end_guards[event.index];
+            self.retake(h, event)?;
+            let guard = self.end_guards[event];
             if guard.value <= 0.0 {
                 high = (h, guard.value);
                 if -guard.value <= guard.overshoot {
-                    return Ok(Some(event.index));
+                    return Ok(Some(event));
                 }
             } else {
                 low = (h, guard.value);
@@ -68,12 +66,12 @@ impl Run<'_> {
         if high.1.is_nan() {
             // The shorter, more accurate steps never reached the zero: the guard only grazes it, within the
             // tolerance. The step up to there is an ordinary one, and no other guard is crossed before.
-            self.retake(event.theta * full, event.index)?;
+            self.retake(theta * full, event)?;
             return Ok(None);
         }
         // The bracket is as narrow as the rounding of the time allows: end behind the event.
-        self.retake(high.0, event.index)?;
-        Ok(Some(event.index))
+        self.retake(high.0, event)?;
+        Ok(Some(event))
     }
 
     /// Whether an event in the step is possible, judged by its ends and, unless it is short, its middle. The

@@ -185,7 +185,10 @@ impl Plan {
 
     /// The outputs among what is tracked.
     pub(crate) fn columns(&self) -> impl Iterator<Item = Column> {
-        self.tracked.iter().filter_map(Tracked::column)
+        self.tracked.iter().filter_map(|tracked| match tracked.quantity {
+            Quantity::Output(column) => Some(column),
+            Quantity::WearRate(_) | Quantity::LossRate(_) => None,
+        })
     }
 
     fn track(&mut self, quantity: Quantity, highest: bool, lowest: bool) -> Source {
@@ -199,25 +202,23 @@ impl Plan {
         Source::Quantity(index)
     }
 
-    /// The features over one piece of the run.
+    /// The features over a piece of the run between two instants [s].
     pub(crate) fn values(
         &self,
+        ends: [f64; 2],
         extents: &[RunningStats],
-        touches: &[ContactStats],
+        (events, contacts): (&[Event], &[Contact]),
     ) -> impl Iterator<Item = f64> {
-        self.values.iter().map(|&(kind, source)| match source {
+        self.values.iter().map(move |&(kind, source)| match source {
             Source::Quantity(index) => extents[index].value(kind),
-            Source::Joint(joint) => touches[joint].value(kind),
+            Source::Joint(joint) if kind == FeatureKind::Impacts => impacts(joint, ends, events),
+            Source::Joint(joint) => contact_share(joint, ends, contacts),
         })
     }
-}
 
-impl Tracked {
-    fn column(&self) -> Option<Column> {
-        match self.quantity {
-            Quantity::Output(column) => Some(column),
-            Quantity::WearRate(_) | Quantity::LossRate(_) => None,
-        }
+    /// The features over a piece that the run did not finish.
+    pub(crate) fn unknown(&self) -> impl Iterator<Item = f64> {
+        self.values.iter().map(|_| f64::NAN)
     }
 }
 
@@ -248,15 +249,6 @@ impl RunningStats {
         }
     }
 
-    /// The extent of a piece that the run did not finish.
-    pub(crate) const UNKNOWN: Self = Self {
-        highest: (f64::NAN, f64::NAN),
-        lowest: (f64::NAN, f64::NAN),
-        integral: f64::NAN,
-        square: f64::NAN,
-        duration: f64::NAN,
-    };
-
     fn value(&self, kind: FeatureKind) -> f64 {
         match kind {
             FeatureKind::Peak => self.highest.1,
@@ -271,38 +263,19 @@ impl RunningStats {
     }
 }
 
-/// Number and duration of the contacts of a clearance joint in one piece of a run.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ContactStats {
-    /// Onsets.
-    impacts: f64,
-    /// Fraction of the time in contact [-].
-    share: f64,
+/// Onsets of contact in a clearance joint between two instants [s].
+fn impacts(joint: usize, [start, end]: [f64; 2], events: &[Event]) -> f64 {
+    let inside = |event: &&Event| {
+        let is_onset = (event.place, event.kind) == (Place::Joint(joint), EventKind::Onset);
+        is_onset && event.time >= start && event.time < end
+    };
+    events.iter().filter(inside).count() as f64
 }
 
-impl ContactStats {
-    /// The contacts of a joint between two instants [s].
-    pub(crate) fn of(joint: usize, [start, end]: [f64; 2], events: &[Event], contacts: &[Contact]) -> Self {
-        let inside = |event: &&Event| {
-            let is_onset = (event.place, event.kind) == (Place::Joint(joint), EventKind::Onset);
-            is_onset && event.time >= start && event.time < end
-        };
-        let touched: f64 = contacts
-            .iter()
-            .filter(|contact| contact.joint == joint)
-            .map(|contact| {
-                // A contact without separation has NaN there, which `min` ignores.
-                let last = contact.separation.min(end);
-                (last - contact.onset.max(start)).max(0.0)
-            })
-            .sum();
-        Self { impacts: events.iter().filter(inside).count() as f64, share: touched / (end - start) }
-    }
-
-    /// The contacts of a piece that the run did not finish.
-    pub(crate) const UNKNOWN: Self = Self { impacts: f64::NAN, share: f64::NAN };
-
-    fn value(&self, kind: FeatureKind) -> f64 {
-        if kind == FeatureKind::Impacts { self.impacts } else { self.share }
-    }
+/// Fraction of the time between two instants [s] in which a clearance joint is in contact [-].
+fn contact_share(joint: usize, [start, end]: [f64; 2], contacts: &[Contact]) -> f64 {
+    let of_joint = contacts.iter().filter(|contact| contact.joint == joint);
+    // A contact without separation has NaN there, which `min` ignores.
+    let touched = of_joint.map(|contact| (contact.separation.min(end) - contact.onset.max(start)).max(0.0));
+    touched.sum::<f64>() / (end - start)
 }

@@ -192,26 +192,16 @@ impl<'a> Motion<'a> {
         &mut self.inside
     }
 
-    /// Visits states inside the last step.
+    /// Visits states inside the last step: the frames of its end stay where they are meanwhile, since the next step needs
+    /// them.
     pub(crate) fn visit_inside(&mut self, visit: impl FnOnce(&mut Self)) {
-        self.enter_step();
-        visit(self);
-        self.leave_step();
-    }
-
-    /// Begins to look at states inside the last step: the frames of its end stay where they are meanwhile, since the
-    /// next step needs them.
-    fn enter_step(&mut self) {
         std::mem::swap(&mut self.dynamics, &mut self.inside);
         self.dynamics.copy_phases(&self.inside);
         // Those of the driven coordinates follow from the instant.
         for &column in &self.mechanism.free {
             self.dynamics.turns[column] = self.inside.turns[column];
         }
-    }
-
-    /// Returns to the end of the step.
-    fn leave_step(&mut self) {
+        visit(self);
         std::mem::swap(&mut self.dynamics, &mut self.inside);
     }
 }

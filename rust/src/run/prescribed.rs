@@ -75,7 +75,7 @@ pub(crate) fn follow_drives(
 fn sample_until(system: &mut System, t: f64, next: f64, q: &[f64], v: &[f64]) -> bool {
     let System { motion, samples, .. } = system;
     let (mut inner_q, mut inner_v) = (q.to_vec(), v.to_vec());
-    while let Some(due) = samples.next_due().filter(|&due| due <= next) {
+    while let Some(due) = samples.due.filter(|&due| due <= next) {
         let work = motion.work.clone();
         inner_q.copy_from_slice(q);
         inner_v.copy_from_slice(v);

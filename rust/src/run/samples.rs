@@ -14,9 +14,9 @@ pub(crate) struct Samples<'a> {
     values: &'a mut [f64],
     /// Instant of the first sample [s], after the time that the settings skip.
     pub(crate) from: f64,
-    taken: usize,
-    /// Instant of the next one [s].
-    due: Option<f64>,
+    pub(crate) taken: usize,
+    /// Instant of the next one [s]; none after the last.
+    pub(crate) due: Option<f64>,
     /// What must be computed for a row.
     needs: Needs,
     /// Rows near a change point, where forces in the loops are not known.
@@ -60,19 +60,9 @@ impl<'a> Samples<'a> {
         self.time(self.settings.samples - 1)
     }
 
-    /// Instant of the next sample [s]; `None` after the last one.
-    pub(crate) fn next_due(&self) -> Option<f64> {
-        self.due
-    }
-
     /// Instant of the last sample taken [s]; minus infinity before the first.
     pub(crate) fn last_taken(&self) -> f64 {
         self.taken.checked_sub(1).map_or(f64::NEG_INFINITY, |index| self.time(index))
-    }
-
-    /// Whether a sample has been taken.
-    pub(crate) fn have_begun(&self) -> bool {
-        self.taken > 0
     }
 
     /// Whether an instant [s] lies in the skipped time.
@@ -87,13 +77,13 @@ impl<'a> Samples<'a> {
 
     /// Takes the samples that are due in an accepted step.
     pub(crate) fn accepted(&mut self, step: &DenseStep, motion: &mut Motion) {
-        if self.wants(step.end_time()) {
-            motion.visit_inside(|motion| self.take_inside(step, motion));
+        let end = step.end_time();
+        if self.wants(end) {
+            motion.visit_inside(|motion| self.take_until(end, step, motion));
         }
     }
 
-    fn take_inside(&mut self, step: &DenseStep, motion: &mut Motion) {
-        let end = step.end_time();
+    fn take_until(&mut self, end: f64, step: &DenseStep, motion: &mut Motion) {
         while let Some(t) = self.due.filter(|&due| due <= end) {
             if motion.counts_work {
                 // Saved, so that the sum over the steps does not depend on the samples.

@@ -3,7 +3,7 @@
 use crate::integrators::dense::DenseStep;
 use crate::numerics::extremum::highest_within;
 use crate::run::contacts::{Contact, Event};
-use crate::run::features::{ContactStats, Plan, RunningStats};
+use crate::run::features::{Plan, RunningStats};
 use crate::run::motion::Motion;
 use crate::run::settings::Settings;
 use crate::run::work::{GAUSS as GAUSS_OF_WORK, Work};
@@ -80,11 +80,6 @@ impl Tracking {
         }
     }
 
-    /// Whether the work must be counted.
-    pub(crate) fn needs_work(&self) -> bool {
-        self.plan.needs.work
-    }
-
     /// Whether the motion up to an instant [s] must be tracked.
     pub(crate) fn wants(&self, until: f64) -> bool {
         !self.plan.tracked.is_empty() && until > self.reached
@@ -97,38 +92,35 @@ impl Tracking {
 
     /// All features, a row for each piece; NaN for pieces that the run, which ended at `end` [s], did not
     /// finish.
-    pub(crate) fn values(&self, end: f64, events: &[Event], contacts: &[Contact], joints: usize) -> Vec<f64> {
+    pub(crate) fn values(&self, end: f64, events: &[Event], contacts: &[Contact]) -> Vec<f64> {
         let width = self.plan.tracked.len();
         let mut values = Vec::new();
         for (piece, ends) in self.bounds.windows(2).enumerate() {
-            let finished = end >= ends[1];
-            let ends = [ends[0], ends[1]];
-            let (extents, touches): (Vec<RunningStats>, Vec<ContactStats>) = if finished {
-                let touch = |joint| ContactStats::of(joint, ends, events, contacts);
-                (self.extents[piece * width..][..width].to_vec(), (0..joints).map(touch).collect())
+            if end >= ends[1] {
+                let extents = &self.extents[piece * width..][..width];
+                values.extend(self.plan.values([ends[0], ends[1]], extents, (events, contacts)));
             } else {
-                (vec![RunningStats::UNKNOWN; width], vec![ContactStats::UNKNOWN; joints])
-            };
-            values.extend(self.plan.values(&extents, &touches));
+                values.extend(self.plan.unknown());
+            }
         }
         values
     }
 
     /// Tracks the quantities through an accepted step.
     pub(crate) fn accepted(&mut self, step: &DenseStep, motion: &mut Motion) {
-        if self.wants(step.end_time()) {
-            motion.visit_inside(|motion| self.track_inside(step, motion));
+        if !self.wants(step.end_time()) {
+            return;
         }
-    }
-
-    fn track_inside(&mut self, step: &DenseStep, motion: &mut Motion) {
-        let needs_work = self.needs_work();
-        self.track_to(step.end_time(), motion, &mut |motion, t, q, v| {
+        let needs_work = self.plan.needs.work;
+        let state = &mut |motion: &mut Motion, t: f64, q: &mut [f64], v: &mut [f64]| {
             if needs_work {
                 motion.add_work_of(&GAUSS_OF_WORK, step, t);
             }
             motion.state_inside(step, t, q, v);
             true
+        };
+        motion.visit_inside(|motion| {
+            self.track_to(step.end_time(), motion, state);
         });
     }
 

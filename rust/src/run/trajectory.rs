@@ -1,7 +1,7 @@
 //! One run: a mechanism through time, sampled on a uniform grid.
 
 use crate::error::{InputError, Problem, Subject};
-use crate::integrators::{Outcome, Stats, Status, integrate_with};
+use crate::integrators::{Outcome, Stats, Status, integrate};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::memory::filled;
 use crate::run::contacts::phases::Watched;
@@ -310,7 +310,7 @@ fn run(
     } else {
         let mut method = settings.method.stepper(mechanism.degrees_of_freedom(), settings.rtol);
         let limits = system.limits();
-        integrate_with(&mut system, &mut *method, limits, from, end, &mut q, &mut v)
+        integrate(&mut system, &mut *method, limits, from, end, &mut q, &mut v)
     };
     if outcome.status == Status::Done {
         system.phases.log.end(&mut system.motion, outcome.time, &q, &v);
@@ -343,7 +343,6 @@ fn finished(mut system: System, mut outcome: Outcome, mut end: State) -> Traject
     system.motion.with_turns(&mut end.q);
     let [skipped_events, events] = system.phases.log.finished_events(&system.samples);
     let [skipped_contacts, contacts] = system.phases.log.finished_contacts(&system.samples);
-    let joints = mechanism.slots.len();
     let (slot, switch) = match outcome.guard.map(|guard| system.phases.watched(&system.motion, guard)) {
         Some(Watched::Contact { slot, .. } | Watched::Sticking(slot)) => (Some(Place::Joint(slot)), None),
         Some(Watched::Switch(switch)) => (None, Some(switch)),
@@ -355,7 +354,7 @@ fn finished(mut system: System, mut outcome: Outcome, mut end: State) -> Traject
     let slot = slot.or_else(|| Some(Place::Joint(load?.law_of?.slot)));
     let load_message =
         fault.map_or_else(|| load_message(&mut system, &outcome, load, &end), friction_message);
-    let features = system.tracking.values(outcome.time, &events, &contacts, joints);
+    let features = system.tracking.values(outcome.time, &events, &contacts);
     Trajectory {
         t: Vec::new(),
         values: Vec::new(),

@@ -214,7 +214,7 @@ impl Coupling {
             CouplingLaw::Table { points, values, periodic } => {
                 let (ratio, curve) = match (driver.is_angle(), *periodic) {
                     (true, true) => repeated(points, values, driven)?,
-                    (false, false) => (0.0, Curve::new(points, values, Interpolation::Cubic, Beyond::End)?),
+                    (false, false) => (0.0, Curve::spline(points, values)?),
                     (true, false) => {
                         return Err("over an angle, which turns on, a table must be periodic".to_owned());
                     }
@@ -292,7 +292,7 @@ impl Coupling {
 fn repeated(points: &[f64], values: &[f64], driven: Coupled) -> Result<(f64, Curve), String> {
     let ([first_point, .., last_point], [first, .., last]) = (points, values) else {
         // Says what is missing.
-        return Curve::new(points, values, Interpolation::Cubic, Beyond::End).map(|curve| (0.0, curve));
+        return Curve::spline(points, values).map(|curve| (0.0, curve));
     };
     let (span, advance) = (last_point - first_point, last - first);
     let count = (TAU / span).round();

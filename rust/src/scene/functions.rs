@@ -7,7 +7,7 @@ use crate::scene::json::{Fields, Kind, Node};
 use crate::scene::loads::{Expression, Load};
 use crate::scene::parts::Force;
 use crate::scene::quantities::TIME;
-use crate::scene::time_function::{Spline, TimeFunction};
+use crate::scene::time_function::TimeFunction;
 
 /// Placeholder of a function that could not be read, for which a problem was added.
 const UNREADABLE: Load = Load::Time(TimeFunction::Polynomial(Vec::new()));
@@ -92,10 +92,10 @@ fn table(fields: &mut Fields) -> Load {
             fields.problem("beyond", "must be \"end\" in a periodic table, which has no ends");
         }
         let beyond = if periodic { Beyond::Repeat } else { beyond };
-        if is_of_time && interpolation == Interpolation::Cubic && beyond == Beyond::End {
-            return Spline::new(&points, &values).map(|spline| Load::Time(TimeFunction::Table(spline)));
-        }
         let curve = Curve::new(&points, &values, interpolation, beyond)?;
+        if is_of_time && interpolation == Interpolation::Cubic && beyond == Beyond::End {
+            return Ok(Load::Time(TimeFunction::Table(curve)));
+        }
         Ok(Load::Motion(Box::new(Expression::read(over, Vec::new())?.tabulated(curve))))
     });
     read.unwrap_or(Ok(UNREADABLE)).unwrap_or_else(|message: String| {

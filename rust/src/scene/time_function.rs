@@ -4,9 +4,9 @@
 //! third, so all derivatives are exact. Rounding errors of large angles and times are carried along, so that
 //! values late in a long run are as accurate as at its start.
 
+use crate::expression::curve::Curve;
 use crate::expression::tape::Tape;
 use crate::numerics::instant::{Instant, exact_product, exact_sum};
-use crate::numerics::spline::not_a_knot;
 use crate::numerics::turns::{Turns, unwind_exactly, unwind_sum};
 
 /// Instants [s] at which the size of a formula of the time is judged, irregular so that no period hides it.
@@ -29,8 +29,8 @@ pub enum TimeFunction {
         /// Phase at time zero [rad].
         phase: f64,
     },
-    /// A cubic spline through points.
-    Table(Spline),
+    /// The cubic spline through points, which ends with them.
+    Table(Curve),
     /// A formula of the time without switches.
     Formula(Tape),
 }
@@ -93,7 +93,7 @@ impl TimeFunction {
                 ];
                 (derivatives, rest)
             }
-            TimeFunction::Table(spline) => spline.with_rest(t),
+            TimeFunction::Table(table) => tabulated(table, t),
             TimeFunction::Formula(tape) => {
                 let derivatives = tape.of_time(t.time);
                 (derivatives, derivatives[1] * t.rest)
@@ -118,14 +118,8 @@ impl TimeFunction {
                 [mean.abs() + amplitude.abs(), (amplitude * angular_frequency).abs()]
             }
             // No bound is known: instants of all orders up to some seconds tell its size.
-            TimeFunction::Formula(tape) => SOME_INSTANTS.iter().fold([0.0, 0.0], |[value, rate], &t| {
-                let [v, r, ..] = tape.of_time(t);
-                [v.abs().max(value), r.abs().max(rate)]
-            }),
-            TimeFunction::Table(spline) => spline.times.iter().fold([0.0, 0.0], |[value, rate], &t| {
-                let [v, r, ..] = spline.with_rest(t.into()).0;
-                [v.abs().max(value), r.abs().max(rate)]
-            }),
+            TimeFunction::Formula(tape) => largest(&SOME_INSTANTS, |t| tape.of_time(t)),
+            TimeFunction::Table(table) => largest(&table.points, |t| tabulated(table, t.into()).0),
         }
     }
 
@@ -187,7 +181,7 @@ impl TimeFunction {
     /// Interval on which the function is defined [s]: all times, except for a table.
     pub fn domain(&self) -> [f64; 2] {
         match self {
-            TimeFunction::Table(spline) => [spline.times[0], spline.times[spline.times.len() - 1]],
+            TimeFunction::Table(table) => table.ends(),
             _ => [f64::NEG_INFINITY, f64::INFINITY],
         }
     }
@@ -195,10 +189,20 @@ impl TimeFunction {
     /// The next instant after `t` [s] at which a derivative jumps; infinity if there is none.
     pub fn next_break(&self, t: f64) -> f64 {
         match self {
-            TimeFunction::Table(spline) => spline.next_break(t),
+            TimeFunction::Table(table) => {
+                table.inner_points().get(piece_from(table, t.into())).copied().unwrap_or(f64::INFINITY)
+            }
             _ => f64::INFINITY,
         }
     }
+}
+
+/// Largest size of a function and of its rate at some instants [s].
+fn largest(instants: &[f64], at: impl Fn(f64) -> [f64; 4]) -> [f64; 2] {
+    instants.iter().fold([0.0, 0.0], |[value, rate], &t| {
+        let [v, r, ..] = at(t);
+        [v.abs().max(value), r.abs().max(rate)]
+    })
 }
 
 /// The largest power of two that is not above a positive value, so that scaled units give the same bits.
@@ -232,64 +236,15 @@ fn polynomial(coefficients: &[f64], t: Instant) -> ([f64; 4], f64) {
     ([value[0], value[1], 2.0 * value[2], 6.0 * value[3]], rest + value[1] * t.rest)
 }
 
-/// The cubic spline through points with the not-a-knot end condition (the first two and the last
-/// two pieces are one polynomial): twice continuously differentiable. Two points give a line,
-/// three a parabola.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Spline {
-    times: Vec<f64>,
-    /// Coefficients of every piece in powers of the time since its start.
-    pieces: Vec<[f64; 4]>,
+/// A table and its derivatives, and the rounding error of the value.
+fn tabulated(table: &Curve, t: Instant) -> ([f64; 4], f64) {
+    let piece = piece_from(table, t);
+    let (time, rest) = exact_sum(t.time, -table.points[piece]);
+    // In a short piece the rest of a long time is no small part.
+    polynomial(&table.pieces[piece], Instant::after(time, rest + t.rest))
 }
 
-impl Spline {
-    /// The spline through `values` at `times`.
-    ///
-    /// # Errors
-    /// What is wrong with the points: at least two are needed, all finite, at increasing times.
-    pub fn new(times: &[f64], values: &[f64]) -> Result<Self, String> {
-        if times.len() != values.len() || times.len() < 2 {
-            let counts = format!("got {} times and {} values", times.len(), values.len());
-            return Err(format!("a table needs as many times as values, at least two; {counts}"));
-        }
-        if let Some(k) = (0..times.len()).find(|&k| !(times[k].is_finite() && values[k].is_finite())) {
-            return Err(format!("point {k} of a table must be finite, got ({}, {})", times[k], values[k]));
-        }
-        if let Some(k) = (1..times.len()).find(|&k| times[k] <= times[k - 1]) {
-            return Err(format!("times must increase, got {} [s] after {} [s]", times[k], times[k - 1]));
-        }
-        let pieces = not_a_knot(times, values);
-        if let Some(k) =
-            pieces.iter().position(|piece| !piece.iter().all(|coefficient| coefficient.is_finite()))
-        {
-            return Err(format!(
-                "the curve through the points must be finite, it is not between {:e} and {:e} [s]: they are too close, \
-                 or the values too large",
-                times[k],
-                times[k + 1]
-            ));
-        }
-        Ok(Self { times: times.to_vec(), pieces })
-    }
-
-    fn with_rest(&self, t: Instant) -> ([f64; 4], f64) {
-        let piece = self.piece(t);
-        let (time, rest) = exact_sum(t.time, -self.times[piece]);
-        // In a short piece the rest of a long time is no small part.
-        polynomial(&self.pieces[piece], Instant::after(time, rest + t.rest))
-    }
-
-    /// The piece that holds from `t` on. The rest of the instant counts: pieces may be as short as it.
-    fn piece(&self, t: Instant) -> usize {
-        self.knots().partition_point(|&knot| knot < t.time || knot == t.time && t.rest >= 0.0)
-    }
-
-    /// The points between two pieces.
-    fn knots(&self) -> &[f64] {
-        &self.times[1..self.times.len() - 1]
-    }
-
-    fn next_break(&self, t: f64) -> f64 {
-        self.knots().get(self.piece(t.into())).copied().unwrap_or(f64::INFINITY)
-    }
+/// The piece that holds from `t` on. The rest of the instant counts: pieces may be as short as it.
+fn piece_from(table: &Curve, t: Instant) -> usize {
+    table.inner_points().partition_point(|&knot| knot < t.time || knot == t.time && t.rest >= 0.0)
 }

@@ -370,7 +370,7 @@ fn append_products(products: &mut Vec<f64>, point: &[f64], degrees: &[usize]) {
 }
 
 /// Adds `factor` times `source` to `target`.
-fn add_scaled(target: &mut [f64], factor: f64, source: &[f64]) {
+pub(super) fn add_scaled(target: &mut [f64], factor: f64, source: &[f64]) {
     for (t, s) in target.iter_mut().zip(source) {
         *t += factor * s;
     }

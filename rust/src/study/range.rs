@@ -100,7 +100,7 @@ pub fn watched_ranges(
     let starts: Vec<usize> = (0..columns).step_by(width).collect();
     let task = |workspace: &mut Workspace, start: usize| {
         let end = columns.min(start + width);
-        let mut ranges = Ranges::with_capacity(end - start, degrees.len());
+        let mut ranges = Ranges::default();
         for first in (start..end).step_by(LANES) {
             if !monitor() {
                 return None;
@@ -121,27 +121,13 @@ pub fn watched_ranges(
         pool.install(|| starts.into_par_iter().map_init(Workspace::default, task).collect())
     };
     Ok(blocks.map(|blocks| {
-        let mut all = Ranges::with_capacity(columns, degrees.len());
+        let mut all = Ranges::default();
         blocks.into_iter().for_each(|block| all.append(block));
         all
     }))
 }
 
 impl Ranges {
-    fn with_capacity(columns: usize, parameters: usize) -> Self {
-        let ends = || Vec::with_capacity(columns);
-        let points = || Vec::with_capacity(columns * parameters);
-        Self {
-            lower: ends(),
-            upper: ends(),
-            attained_lower: ends(),
-            attained_upper: ends(),
-            lowest_at: points(),
-            highest_at: points(),
-            boxes: 0,
-        }
-    }
-
     fn append(&mut self, other: Self) {
         self.lower.extend(other.lower);
         self.upper.extend(other.upper);

@@ -3,12 +3,13 @@
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::{Damping, NormalLaw};
 use chebclear::contact::pair::{Phase, SlidingVelocity};
+use chebclear::expression::curve::Curve;
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::scene::loads::Load;
 use chebclear::scene::parts::{
     Body, CENTER_OF_MASS, Drive, Force, ForceFrame, Joint, JointKind, Point, Scene,
 };
-use chebclear::scene::time_function::{Spline, TimeFunction};
+use chebclear::scene::time_function::TimeFunction;
 use nalgebra::{Rotation2, Vector2};
 
 use crate::support::{Random, ideal, point};
@@ -144,7 +145,7 @@ impl<'a> Builder<'a> {
             _ => {
                 let times = [0.0, 0.7, 1.1, 2.5, 3.0];
                 let values = times.map(|t| value + rate * t + bend * t * t * (3.0 - t));
-                TimeFunction::Table(Spline::new(&times, &values).unwrap())
+                TimeFunction::Table(Curve::spline(&times, &values).unwrap())
             }
         }
     }

@@ -5,9 +5,11 @@ use chebclear::integrators::dense::DenseStep;
 use chebclear::integrators::events::Guard;
 use chebclear::integrators::rosenbrock::Rosenbrock;
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P};
-use chebclear::integrators::{HybridSystem, Limits, Outcome, StateAt, Status, integrate};
+use chebclear::integrators::{HybridSystem, Limits, Outcome, StateAt, Status};
 use chebclear::numerics::instant::Instant;
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
+
+use crate::integrators::problems::rosenbrock;
 
 /// Value and rate of a guard in its first phase: of t, q, v.
 type GuardLaw = Box<dyn Fn(f64, f64, f64) -> (f64, f64)>;
@@ -60,7 +62,7 @@ impl Switching {
 
     fn run_within(&mut self, limits: Limits, t: [f64; 2], q: f64, v: f64) -> (Outcome, [f64; 2]) {
         let (mut q, mut v) = ([q], [v]);
-        let outcome = integrate(self, RODAS5P, limits, t[0], t[1], &mut q, &mut v);
+        let outcome = rosenbrock(self, RODAS5P, limits, t[0], t[1], &mut q, &mut v);
         (outcome, [q[0], v[0]])
     }
 
@@ -199,7 +201,7 @@ fn every_relocation_ends_behind_the_event_by_no_more_than_allowed() {
                     system.rates_known = rates_known;
                     let (mut q, mut v) = ([2.0], [0.0]);
                     let limits = Limits::default();
-                    let outcome = integrate(&mut system, tableau, limits, 0.0, 40.0, &mut q, &mut v);
+                    let outcome = rosenbrock(&mut system, tableau, limits, 0.0, 40.0, &mut q, &mut v);
                     assert_eq!(outcome.status, Status::Done);
                     assert!(system.events.len() >= 8, "{:?}", system.events);
                     for (_, _, value) in &system.events {
@@ -506,7 +508,7 @@ fn a_relocation_is_a_step_like_any_other() {
         }
     }
     let mut system = Seen(Switching::new(|q, _| (-q, -1.0), vec![height()]), Vec::new());
-    let outcome = integrate(&mut system, RODAS5P, Limits::default(), 0.0, 20.0, &mut [1.0], &mut [0.0]);
+    let outcome = rosenbrock(&mut system, RODAS5P, Limits::default(), 0.0, 20.0, &mut [1.0], &mut [0.0]);
     assert_eq!((outcome.status, outcome.stats.steps), (Status::Done, system.1.len()));
     for pair in system.1.windows(2) {
         assert_eq!((pair[0].end_time(), &pair[0].end), (pair[1].t, &pair[1].start));
@@ -561,7 +563,7 @@ fn a_relocation_whose_equations_are_singular_is_refused_and_not_the_end() {
         let mut system = Switching::new(|q, _| (q, 1.0), vec![Box::new(move |t, _, _| (instant - t, -1.0))]);
         let limits = Limits { first_step: Some(end), ..Limits::default() };
         let (mut q, mut v) = ([small], [small]);
-        let outcome = integrate(&mut system, RODAS4, limits, 0.0, end, &mut q, &mut v);
+        let outcome = rosenbrock(&mut system, RODAS4, limits, 0.0, end, &mut q, &mut v);
         assert_eq!((outcome.status, outcome.stats.events), (Status::Done, 1), "{ulps}");
         system.expect(&[(0, instant)], 1e-14);
         assert!((q[0] - small * end.exp()).abs() < 1e-9, "{q:?}");

@@ -4,7 +4,7 @@ use chebclear::dynamics::Linearization;
 use chebclear::integrators::adams::Adams;
 use chebclear::integrators::dense::DenseStep;
 use chebclear::integrators::dop853::Dop853;
-use chebclear::integrators::{HybridSystem, Limits, StateAt, Stats, Status, Stepper, integrate_with};
+use chebclear::integrators::{HybridSystem, Limits, StateAt, Stats, Status, Stepper, integrate};
 use chebclear::numerics::instant::Instant;
 
 use crate::integrators::problems::{Problem, Single, SmoothSystem, distance, kepler};
@@ -92,7 +92,7 @@ fn compared(problem: &Problem, method: &mut dyn Stepper, tolerance: f64) -> (Sta
     let mut system = Compared { inner, problem, ends: 0.0, inside: 0.0, last: None };
     let (mut q, mut v) = (problem.q.clone(), problem.v.clone());
     let end = problem.t0 + problem.duration;
-    let outcome = integrate_with(&mut system, method, Limits::default(), problem.t0, end, &mut q, &mut v);
+    let outcome = integrate(&mut system, method, Limits::default(), problem.t0, end, &mut q, &mut v);
     assert_eq!(outcome.status, Status::Done);
     assert_eq!(distance(&system.last.unwrap().end, &[q, v].concat()), 0.0);
     (outcome.stats, system.ends, system.inside)

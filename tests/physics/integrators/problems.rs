@@ -10,6 +10,19 @@ use std::f64::consts::FRAC_PI_4;
 
 use crate::integrators::rodas6p::RODAS6P;
 
+/// Integrates with a Rosenbrock method.
+pub fn rosenbrock(
+    system: &mut dyn HybridSystem,
+    tableau: Tableau,
+    limits: Limits,
+    t: f64,
+    end: f64,
+    q: &mut [f64],
+    v: &mut [f64],
+) -> Outcome {
+    integrate(system, &mut Rosenbrock::new(tableau, q.len()), limits, t, end, q, v)
+}
+
 /// Accelerations: parameter, time since the start, q, v, out.
 type Law = fn(f64, f64, &[f64], &[f64], &mut [f64]);
 /// Their derivatives: parameter, time since the start, q, v, out.
@@ -239,7 +252,7 @@ impl Problem {
         let mut system = SmoothSystem::new(self, tolerance);
         let (mut q, mut v) = (self.q.clone(), self.v.clone());
         let end = self.t0 + self.duration;
-        let outcome = integrate(&mut system, tableau, Limits::default(), self.t0, end, &mut q, &mut v);
+        let outcome = rosenbrock(&mut system, tableau, Limits::default(), self.t0, end, &mut q, &mut v);
         (outcome, [q, v].concat())
     }
 }

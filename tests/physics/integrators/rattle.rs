@@ -8,7 +8,7 @@ use chebclear::contact::normal::{Damping, NormalLaw};
 use chebclear::contact::pair::{ContactLaw, Phase, RelativeMotion, SlidingVelocity, Surfaces};
 use chebclear::dynamics::Linearization;
 use chebclear::integrators::events::Guard;
-use chebclear::integrators::{HybridSystem, Limits, Outcome, Status, Stepper, integrate_with};
+use chebclear::integrators::{HybridSystem, Limits, Outcome, Status, Stepper, integrate};
 use chebclear::numerics::instant::Instant;
 
 use crate::support::Random;
@@ -100,7 +100,7 @@ impl Rattle {
         let (mut q, mut v) = ([0.0; 3], [self.start[0], self.start[1], 0.0]);
         let limits = Limits { max_steps: 3_000_000, ..Limits::default() };
         let duration = self.duration;
-        let outcome = integrate_with(&mut scene, method, limits, 0.0, duration, &mut q, &mut v);
+        let outcome = integrate(&mut scene, method, limits, 0.0, duration, &mut q, &mut v);
         (outcome, [q[0], q[1], v[0], v[1], v[2]])
     }
 

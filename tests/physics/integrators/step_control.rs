@@ -3,11 +3,11 @@
 use chebclear::dynamics::Linearization;
 use chebclear::integrators::dense::DenseStep;
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P, Tableau};
-use chebclear::integrators::{HybridSystem, Limits, Outcome, Projection, Status, integrate};
+use chebclear::integrators::{HybridSystem, Limits, Outcome, Projection, Status};
 use chebclear::numerics::instant::Instant;
 
 use crate::integrators::problems::{
-    Problem, Single, SmoothSystem, distance, kepler, pendulum, prothero_robinson, van_der_pol,
+    Problem, Single, SmoothSystem, distance, kepler, pendulum, prothero_robinson, rosenbrock, van_der_pol,
 };
 use crate::support::Random;
 
@@ -55,7 +55,7 @@ impl<'a> Watched<'a> {
         let problem = self.problem;
         let (mut q, mut v) = (problem.q.clone(), problem.v.clone());
         let end = problem.t0 + problem.duration;
-        let outcome = integrate(self, tableau, limits, problem.t0, end, &mut q, &mut v);
+        let outcome = rosenbrock(self, tableau, limits, problem.t0, end, &mut q, &mut v);
         (outcome, [q, v].concat())
     }
 
@@ -235,7 +235,7 @@ fn gate_04_a_pole_of_the_solution_ends_the_run_in_front_of_it() {
     let mut pole = Single::new(|_, _, v| v * v, |_, _, v| [0.0, 2.0 * v, 0.0], [1e-6; 2]);
     for tableau in [RODAS4, RODAS5P] {
         let (mut q, mut v) = ([0.0], [1.0]);
-        let outcome = integrate(&mut pole, tableau, Limits::default(), 0.0, 2.0, &mut q, &mut v);
+        let outcome = rosenbrock(&mut pole, tableau, Limits::default(), 0.0, 2.0, &mut q, &mut v);
         assert_eq!(outcome.status, Status::StepUnderflow, "{outcome:?}");
         assert!((outcome.time - 1.0).abs() < 1e-5, "{outcome:?}");
     }
@@ -256,7 +256,7 @@ impl<'a> Constrained<'a> {
         let mut system = Self { inner, longest, refusal, start: 0.0, refused: 0 };
         let (mut q, mut v) = (problem.q.clone(), problem.v.clone());
         let limits = Limits { max_steps: 2000, ..Limits::default() };
-        let outcome = integrate(&mut system, RODAS5P, limits, 0.0, problem.duration, &mut q, &mut v);
+        let outcome = rosenbrock(&mut system, RODAS5P, limits, 0.0, problem.duration, &mut q, &mut v);
         (outcome, system.refused)
     }
 }
@@ -323,7 +323,7 @@ fn gate_05_no_step_is_accepted_because_it_cannot_be_made_shorter() {
     };
     let mut noise = Single::new(stirred, |_, _, _| [0.0; 3], [1e-9; 2]);
     let (mut q, mut v) = ([0.0], [0.0]);
-    let outcome = integrate(&mut noise, RODAS5P, Limits::default(), 1.0, 2.0, &mut q, &mut v);
+    let outcome = rosenbrock(&mut noise, RODAS5P, Limits::default(), 1.0, 2.0, &mut q, &mut v);
     assert_eq!((outcome.status, outcome.stats.steps), (Status::StepUnderflow, 0));
     assert_eq!((q, v, outcome.time), ([0.0], [0.0], 1.0));
 }

@@ -4,9 +4,7 @@ use chebclear::integrators::dense::DenseStep;
 use chebclear::integrators::dop853::Dop853;
 use chebclear::integrators::rosenbrock::Rosenbrock;
 use chebclear::integrators::tableaus::RODAS4;
-use chebclear::integrators::{
-    HybridSystem, Limits, NextLimits, StateAt, Stats, Status, Stepper, integrate_with,
-};
+use chebclear::integrators::{HybridSystem, Limits, NextLimits, StateAt, Stats, Status, Stepper, integrate};
 use chebclear::run::settings::{Method, Settings};
 use chebclear::run::trajectory::simulate;
 use chebclear::scene::parts::{Drive, Joint};
@@ -216,15 +214,8 @@ fn stiff_problems_without_a_contact_cost_no_more_than_by_a_rosenbrock_method() {
                 let (mut q, mut v) = (problem.q.clone(), problem.v.clone());
                 let mut stepper = method.stepper(q.len(), tolerance);
                 let end = problem.t0 + problem.duration;
-                let outcome = integrate_with(
-                    &mut system,
-                    &mut *stepper,
-                    Limits::default(),
-                    problem.t0,
-                    end,
-                    &mut q,
-                    &mut v,
-                );
+                let outcome =
+                    integrate(&mut system, &mut *stepper, Limits::default(), problem.t0, end, &mut q, &mut v);
                 assert_eq!(outcome.status, Status::Done);
                 (outcome.stats, [q, v].concat())
             };

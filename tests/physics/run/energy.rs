@@ -3,10 +3,11 @@
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::Damping;
 use chebclear::contact::pair::{Phase, SlidingVelocity};
+use chebclear::expression::curve::Curve;
 use chebclear::run::settings::Method;
 use chebclear::run::trajectory::{Settings, simulate};
 use chebclear::scene::parts::{Drive, Force, Joint, JointKind, Scene};
-use chebclear::scene::time_function::{Spline, TimeFunction};
+use chebclear::scene::time_function::TimeFunction;
 
 use crate::dynamics::cartesian::{acceleration, added, dynamics_of, moving_cases};
 use crate::run::scaling::{elements, prescribed};
@@ -131,7 +132,7 @@ fn the_balance_closes_for_every_law_and_method() {
 fn the_balance_closes_where_a_crank_turns_many_times_in_one_step() {
     // A cart that rolls on by itself has steps as long as the run; a lopsided crank beside it is driven.
     let origin = || vec![point("A", 0.0, 0.0)];
-    let table = Spline::new(&[0.0, 0.3, 0.7, 0.8, 1.0], &[0.0, 70.0, -40.0, 30.0, 0.0]).unwrap();
+    let table = Curve::spline(&[0.0, 0.3, 0.7, 0.8, 1.0], &[0.0, 70.0, -40.0, 30.0, 0.0]).unwrap();
     for motion in [
         TimeFunction::Harmonic { mean: 0.0, amplitude: 1.0, angular_frequency: 50.0, phase: 0.0 },
         TimeFunction::Polynomial(vec![0.0, 200.0]),

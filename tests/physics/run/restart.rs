@@ -2,13 +2,14 @@
 
 use chebclear::contact::normal::Latch;
 use chebclear::contact::pair::Phase;
+use chebclear::expression::curve::Curve;
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::run::contacts::Contact;
 use chebclear::run::restart::Restart;
 use chebclear::run::settings::Method;
 use chebclear::run::trajectory::{Settings, Trajectory, resume, simulate};
 use chebclear::scene::parts::{Body, Drive, Force, Joint, JointKind, Scene};
-use chebclear::scene::time_function::{Spline, TimeFunction};
+use chebclear::scene::time_function::TimeFunction;
 
 use crate::support::{body, compile, ideal, point, slider_crank};
 
@@ -45,7 +46,7 @@ fn four_bar(drives: Vec<Drive>, forces: Vec<Force>) -> Scene {
 fn table(duration: f64, size: f64) -> TimeFunction {
     let times: Vec<f64> = (0..=10).map(|k| duration * f64::from(k) / 10.0).collect();
     let values: Vec<f64> = times.iter().map(|t| 0.4 + size * (1.3 * t / duration * 10.0).sin()).collect();
-    TimeFunction::Table(Spline::new(&times, &values).unwrap())
+    TimeFunction::Table(Curve::spline(&times, &values).unwrap())
 }
 
 /// Scenes with friction, loops, drives, tables; and how long they run.

@@ -3,12 +3,13 @@
 
 use chebclear::contact::friction::FrictionLaw;
 use chebclear::contact::normal::{Damping, NormalLaw};
+use chebclear::expression::curve::Curve;
 use chebclear::run::outputs::{column_names, further_column_names};
 use chebclear::run::settings::{Method, Settings};
 use chebclear::run::trajectory::{Trajectory, simulate};
 use chebclear::scene::loads::Load;
 use chebclear::scene::parts::{Drive, Force, ForceFrame, GuideShape, Joint, JointKind, Point, Scene, Start};
-use chebclear::scene::time_function::{Spline, TimeFunction};
+use chebclear::scene::time_function::TimeFunction;
 
 use crate::support::{body, compile, ideal, loose, paper_friction, point, slider_crank, with_floor};
 
@@ -58,7 +59,7 @@ impl Units {
                 times.push(end);
                 let values: Vec<f64> = times.iter().map(|&t| function.at(t)[0] * factor).collect();
                 times.iter_mut().for_each(|t| *t *= self.time);
-                TimeFunction::Table(Spline::new(&times, &values).unwrap())
+                TimeFunction::Table(Curve::spline(&times, &values).unwrap())
             }
         }
     }
@@ -274,7 +275,7 @@ fn guided() -> Scene {
 pub(crate) fn elements() -> Scene {
     let times = [0.0, 0.003, 0.0042, 0.007, 0.01];
     let table =
-        |values: &[f64]| TimeFunction::Table(Spline::new(&times, values).expect("the points are good"));
+        |values: &[f64]| TimeFunction::Table(Curve::spline(&times, values).expect("the points are good"));
     let harmonic = |amplitude| TimeFunction::Harmonic {
         mean: 0.7 * amplitude,
         amplitude,

@@ -1,9 +1,10 @@
 //! Forces, torques and motions by tables: steps end on every point, and the motion is the spline integrated twice.
 
+use chebclear::expression::curve::Curve;
 use chebclear::run::settings::Method;
 use chebclear::run::trajectory::{Settings, Trajectory, resume, simulate};
 use chebclear::scene::parts::{Drive, Force, ForceFrame, JointKind, Scene};
-use chebclear::scene::time_function::{Spline, TimeFunction};
+use chebclear::scene::time_function::TimeFunction;
 
 use crate::support::{Random, body, compile, ideal, point};
 
@@ -158,7 +159,7 @@ fn no_point_of_a_table_ends_a_run_and_the_motion_is_the_spline_integrated() {
             let scale = if what == 2 { 1.0 } else { MASS / (duration * duration) };
             let values: Vec<f64> = values.iter().map(|value| scale * value).collect();
             let pieces = pieces(&times, &values);
-            let load = TimeFunction::Table(Spline::new(&times, &values).unwrap());
+            let load = TimeFunction::Table(Curve::spline(&times, &values).unwrap());
             let (scene, output) = match what {
                 0 => (pushed(false, load), "part.x"),
                 1 => (pushed(true, load), "part.angle"),
@@ -182,7 +183,7 @@ fn a_run_goes_on_at_a_point_of_a_table_or_a_rounding_beside_it() {
     let times: Vec<f64> = (0..=100).map(|k| (f64::from(k) * 1e4).round() / 1e6).collect();
     let values: Vec<f64> = times.iter().map(|t| 50.0 * (7.0 * t).sin() + 20.0 * (31.0 * t).sin()).collect();
     let pieces = pieces(&times, &values);
-    let mechanism = compile(&pushed(false, TimeFunction::Table(Spline::new(&times, &values).unwrap())));
+    let mechanism = compile(&pushed(false, TimeFunction::Table(Curve::spline(&times, &values).unwrap())));
     for method in METHODS {
         for point in [1, 13, 37, 58, 99] {
             for end in [times[point].next_down(), times[point], times[point].next_up(), times[point] + 3e-3] {

@@ -1,5 +1,6 @@
 //! Scenes with something wrong: refused at the path of the field, all at once, and with the nearest known name.
 
+use chebclear::expression::curve::Curve;
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::run::features::{Feature, FeatureKind};
 use chebclear::run::settings::Settings;
@@ -7,7 +8,7 @@ use chebclear::run::trajectory::simulate;
 use chebclear::scene::loads::Load;
 use chebclear::scene::parts::{Force, ForceFrame, Scene, Start};
 use chebclear::scene::reader::read_scene;
-use chebclear::scene::time_function::{Spline, TimeFunction};
+use chebclear::scene::time_function::TimeFunction;
 use serde_json::{Value, json};
 
 use crate::scene::properties::places;
@@ -94,7 +95,7 @@ fn the_good_text_is_read_as_what_it_says() {
                 name: "motor".into(),
                 body: "hand".into(),
                 reaction: "arm".into(),
-                torque: TimeFunction::Table(Spline::new(&[0.0, 1.0, 2.0], &[12.0, 13.0, 14.0]).unwrap())
+                torque: TimeFunction::Table(Curve::spline(&[0.0, 1.0, 2.0], &[12.0, 13.0, 14.0]).unwrap())
                     .into(),
             },
         ]

@@ -1,18 +1,19 @@
 //! Functions of time against differences, the polynomials a spline must reproduce, and the steps of
 //! runs that use them.
 
+use chebclear::expression::curve::Curve;
 use chebclear::numerics::instant::{Instant, exact_product, exact_sum};
 use chebclear::numerics::turns::wrap;
 use chebclear::run::settings::Method;
 use chebclear::run::trajectory::{Settings, simulate};
 use chebclear::scene::parts::{Drive, Force, ForceFrame, JointKind, Scene};
-use chebclear::scene::time_function::{Spline, TimeFunction};
+use chebclear::scene::time_function::TimeFunction;
 use std::cell::RefCell;
 
 use crate::support::{Random, body, compile, derivative, ideal, point};
 
 fn table(times: &[f64], values: &[f64]) -> TimeFunction {
-    TimeFunction::Table(Spline::new(times, values).expect("the points are good"))
+    TimeFunction::Table(Curve::spline(times, values).expect("the points are good"))
 }
 
 /// Uneven increasing times from `start` on.
@@ -155,7 +156,7 @@ fn bad_points_are_refused() {
         (vec![0.0, 1e-320, 1.0, 2.0], vec![0.0, 1.0, 2.0, 0.0]),
         (vec![0.0, 1.0, 0.5], vec![0.0; 3]),
     ] {
-        assert!(Spline::new(&times, &values).is_err(), "{times:?} {values:?}");
+        assert!(Curve::spline(&times, &values).is_err(), "{times:?} {values:?}");
     }
 }
 

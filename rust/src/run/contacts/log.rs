@@ -66,7 +66,7 @@ impl ContactLog {
         let mut contacts = std::mem::take(&mut self.closed);
         contacts.extend(self.open.iter().flatten().map(|open| open.contact));
         // A run may fail before its sampled time begins: all of its time is skipped then.
-        let all = samples.skips(f64::NEG_INFINITY) && !samples.have_begun();
+        let all = samples.skips(f64::NEG_INFINITY) && samples.taken == 0;
         let before = |contact: &Contact| all || samples.skips(contact.separation);
         let (mut skipped, mut sampled): (Vec<Contact>, Vec<Contact>) = contacts.into_iter().partition(before);
         skipped.append(&mut self.cut);

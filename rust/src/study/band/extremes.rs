@@ -4,7 +4,7 @@
 //! runs. The two largest values of different runs therefore give every leave-one-out bound. Windows grow by
 //! merging, so that the work does not depend on the number of runs.
 
-use super::running::{Ends, Window};
+use super::running::Ends;
 
 /// The label of runs that are never left out.
 pub const NEVER_LEFT_OUT: u32 = u32::MAX;
@@ -71,25 +71,15 @@ impl GrowingWindow {
         while self.half < half {
             // Three windows side by side leave no gap up to this step.
             let step = (half - self.half).min(2 * self.half + 1);
-            self.top_two = self.widened(step);
+            let top_two = &self.top_two;
+            let over = |at: usize| {
+                let [before, after] = self.ends.neighbors(at, step, top_two.len());
+                top_two[at].merge(top_two[before]).merge(top_two[after])
+            };
+            self.top_two = (0..top_two.len()).map(over).collect();
             self.half += step;
         }
         &self.top_two
-    }
-
-    /// The two largest values over one sample more.
-    pub fn next(&self) -> Vec<TopTwo> {
-        self.widened(1)
-    }
-
-    fn widened(&self, step: usize) -> Vec<TopTwo> {
-        let top_two = &self.top_two;
-        (0..top_two.len())
-            .map(|at| {
-                let [before, after] = self.ends.neighbors(at, step, top_two.len());
-                top_two[at].merge(top_two[before]).merge(top_two[after])
-            })
-            .collect()
     }
 }
 
@@ -103,20 +93,12 @@ pub struct Bound {
 }
 
 impl Bound {
-    /// Largest values over a window, linear between whole samples. `runs` are the runs of the largest values
-    /// at single instants.
-    pub fn over(window: Window, growing: &mut GrowingWindow, runs: &[u32]) -> Self {
-        let inner = growing.grow(window.whole);
-        let mut bound = Self {
+    /// Largest values over `half` samples to both sides. `runs` are the runs of the largest values at single instants.
+    pub fn over(half: usize, growing: &mut GrowingWindow, runs: &[u32]) -> Self {
+        let inner = growing.grow(half);
+        Self {
             all: inner.iter().map(|top| top.first).collect(),
             without: inner.iter().zip(runs).map(|(top, &run)| top.without(run)).collect(),
-        };
-        if window.rest > 0.0 {
-            for (at, outer) in growing.next().iter().enumerate() {
-                bound.all[at] += window.rest * (outer.first - bound.all[at]);
-                bound.without[at] += window.rest * (outer.without(runs[at]) - bound.without[at]);
-            }
         }
-        bound
     }
 }

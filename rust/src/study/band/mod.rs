@@ -184,8 +184,9 @@ impl Design {
         let runs = Runs { values, samples, block, ends, scored, limits };
         match self.method {
             Method::OfRuns => lasting(widened(&runs, coverage), &runs, &self.regression),
-            Method::Calibrated => band(&runs, &self.regression, coverage, Otherwise::Widened),
-            Method::Independent => band(&runs, &self.regression, coverage, Otherwise::Hull),
+            Method::Calibrated | Method::Independent => {
+                band(&runs, &self.regression, coverage, self.method == Method::Independent)
+            }
         }
     }
 
@@ -212,26 +213,15 @@ impl Design {
     }
 }
 
-/// What an output gets that no polynomial follows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Otherwise {
-    /// The hull of the runs.
-    Hull,
-    /// The widened band of the runs.
-    Widened,
-}
-
-/// The band of one output.
-fn band(runs: &Runs<'_>, regression: &Regression, coverage: f64, otherwise: Otherwise) -> OutputBand {
+/// The band of one output; where no polynomial follows it, the hull of independent runs, or a widened band.
+fn band(runs: &Runs<'_>, regression: &Regression, coverage: f64, are_independent: bool) -> OutputBand {
     // The error of a polynomial is small in the mean over time, and may be large at some instants.
     let holds = |band: &OutputBand| band.held_out.coverage >= coverage;
-    resolved(runs, regression).filter(holds).unwrap_or_else(|| match otherwise {
-        Otherwise::Hull => independent(runs),
-        Otherwise::Widened => {
-            let band = widened(runs, coverage);
-            lasting(with_corners(band, runs, regression), runs, regression)
-        }
-    })
+    let unresolved = || match are_independent {
+        true => independent(runs),
+        false => lasting(with_corners(widened(runs, coverage), runs, regression), runs, regression),
+    };
+    resolved(runs, regression).filter(holds).unwrap_or_else(unresolved)
 }
 
 /// A calibrated band that knows how long what no polynomial explains lasts in a run. Revolutions of one run show that by

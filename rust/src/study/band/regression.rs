@@ -11,6 +11,7 @@
 
 use nalgebra::DMatrix;
 
+use crate::study::chebyshev::add_scaled;
 use crate::study::sweep::Monitor;
 
 /// The polynomial passes through points of a leverage nearer to 1, so that their residuals are no measure of its
@@ -210,12 +211,5 @@ impl Regression {
             }
         }
         result
-    }
-}
-
-/// Adds `factor` times `source` to `target`.
-pub fn add_scaled(target: &mut [f64], factor: f64, source: &[f64]) {
-    for (t, s) in target.iter_mut().zip(source) {
-        *t += factor * s;
     }
 }

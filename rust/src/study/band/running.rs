@@ -83,14 +83,6 @@ pub fn running_maximum(values: &[f64], window: Window) -> Vec<f64> {
     largest
 }
 
-/// Smallest value within the window around every sample.
-pub fn running_minimum(values: &[f64], window: Window) -> Vec<f64> {
-    let negative: Vec<f64> = values.iter().map(|value| -value).collect();
-    let mut result = running_maximum(&negative, window);
-    result.iter_mut().for_each(|value| *value = -*value);
-    result
-}
-
 /// Mean of the straight lines through the values over the window around every sample.
 pub fn running_mean(values: &[f64], window: Window) -> Vec<f64> {
     let last = values.len() - 1;

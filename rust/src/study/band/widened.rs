@@ -150,8 +150,7 @@ impl Side {
         let spread = local.iter().map(|local| (local + overall).max(TINY)).collect();
         let labels: Vec<u32> = largest.iter().map(|top| top.run).collect();
         let mut growing = GrowingWindow::new(largest.clone(), runs.ends);
-        let over = |&half: &usize| Bound::over(Window::new(half as f64), &mut growing, &labels);
-        let bounds = windows.iter().map(over).collect();
+        let bounds = windows.iter().map(|&half| Bound::over(half, &mut growing, &labels)).collect();
         Self { largest, rows, spread, bounds }
     }
 
