@@ -38,11 +38,13 @@ const SHORT_STAY: u32 = 10;
 const PAUSE: u32 = 20;
 const LONGEST_PAUSE: u32 = 320;
 
-/// History of the steps before the present one.
-#[derive(Clone, Copy, Debug)]
-struct Memory {
+/// The Adams method and a Rosenbrock method, one of them active.
+#[derive(Clone, Debug)]
+pub struct Auto {
+    explicit: Adams,
+    implicit: Rosenbrock,
     /// Whether the next step is implicit.
-    implicit: bool,
+    is_implicit: bool,
     /// Accepted steps since the last switch.
     steps: u32,
     /// Consecutive last steps that favored the other method.
@@ -53,14 +55,6 @@ struct Memory {
     next_pause: u32,
 }
 
-/// The Adams method and a Rosenbrock method, one of them active.
-#[derive(Clone, Debug)]
-pub struct Auto {
-    explicit: Adams,
-    implicit: Rosenbrock,
-    memory: Memory,
-}
-
 impl Auto {
     /// The Adams method and the Rosenbrock method of a tableau, for `d` degrees of freedom; the first step is
     /// explicit.
@@ -68,46 +62,49 @@ impl Auto {
         Self {
             explicit: Adams::new(d),
             implicit: Rosenbrock::new(tableau, d),
-            memory: Memory { implicit: false, steps: 0, contradictions: 0, pause: 0, next_pause: PAUSE },
+            is_implicit: false,
+            steps: 0,
+            contradictions: 0,
+            pause: 0,
+            next_pause: PAUSE,
         }
     }
 
     fn active(&mut self) -> &mut dyn Stepper {
-        if self.memory.implicit { &mut self.implicit } else { &mut self.explicit }
+        if self.is_implicit { &mut self.implicit } else { &mut self.explicit }
     }
 
     /// Starts a pause, twice as long as the previous one.
     fn pause(&mut self) {
-        self.memory.pause = self.memory.next_pause;
-        self.memory.next_pause = (2 * self.memory.next_pause).min(LONGEST_PAUSE);
+        self.pause = self.next_pause;
+        self.next_pause = (2 * self.next_pause).min(LONGEST_PAUSE);
     }
 
     /// Whether the other method takes the next step, after a step to a state.
     fn switches(&mut self, system: &mut dyn HybridSystem, at: StateAt, stats: &mut Stats) -> bool {
-        let implicit = self.memory.implicit;
-        self.memory.steps = self.memory.steps.saturating_add(1);
-        if self.memory.pause > 0 {
-            self.memory.pause -= 1;
+        self.steps = self.steps.saturating_add(1);
+        if self.pause > 0 {
+            self.pause -= 1;
             return false;
         }
-        let contradicts = if implicit {
+        let contradicts = if self.is_implicit {
             self.implicit.stiffness() < NOT_STIFF
         } else {
             let stiffness = self.explicit.stiffness();
-            stiffness.is_some_and(|stiffness| stiffness > STIFF) && self.explicit.possible_growth() > LONGER
+            stiffness.is_some_and(|stiffness| stiffness > STIFF) && self.explicit.possible_growth > LONGER
         };
-        self.memory.contradictions = if contradicts { self.memory.contradictions + 1 } else { 0 };
-        if self.memory.contradictions < PERSISTENCE {
+        self.contradictions = if contradicts { self.contradictions + 1 } else { 0 };
+        if self.contradictions < PERSISTENCE {
             return false;
         }
-        self.memory.contradictions = 0;
-        if implicit {
-            if self.memory.steps <= SHORT_STAY {
+        self.contradictions = 0;
+        if self.is_implicit {
+            if self.steps <= SHORT_STAY {
                 self.pause();
             } else {
-                self.memory.next_pause = PAUSE;
+                self.next_pause = PAUSE;
             }
-        } else if self.explicit.possible_growth() < MUCH_LONGER {
+        } else if self.explicit.possible_growth < MUCH_LONGER {
             let damped = self.implicit.linearize(system, at, stats)
                 && self.implicit.damping() > DAMPED * self.implicit.rate();
             if !damped {
@@ -115,8 +112,8 @@ impl Auto {
                 return false;
             }
         }
-        self.memory.steps = 0;
-        self.memory.implicit = !implicit;
+        self.steps = 0;
+        self.is_implicit = !self.is_implicit;
         true
     }
 }
@@ -125,7 +122,7 @@ impl Stepper for Auto {
     fn restart(&mut self, position_tolerance: &[f64], velocity_tolerance: &[f64]) {
         self.explicit.restart(position_tolerance, velocity_tolerance);
         self.implicit.restart(position_tolerance, velocity_tolerance);
-        (self.memory.contradictions, self.memory.pause) = (0, 0);
+        (self.contradictions, self.pause) = (0, 0);
     }
 
     fn begin(&mut self, system: &mut dyn HybridSystem, at: StateAt, stats: &mut Stats) -> bool {
@@ -142,7 +139,7 @@ impl Stepper for Auto {
 
     fn step(&mut self) -> &mut DenseStep {
         // Not through `active`: every step asks several times.
-        if self.memory.implicit { self.implicit.step() } else { self.explicit.step() }
+        if self.is_implicit { self.implicit.step() } else { self.explicit.step() }
     }
 
     fn estimate_inside(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]) {
@@ -155,7 +152,7 @@ impl Stepper for Auto {
 
     fn next_limits(&mut self, system: &mut dyn HybridSystem, at: StateAt, stats: &mut Stats) -> NextLimits {
         let limits = self.active().next_limits(system, at, stats);
-        match (self.switches(system, at, stats), self.memory.implicit) {
+        match (self.switches(system, at, stats), self.is_implicit) {
             (false, _) => limits,
             (true, true) => NextLimits { switched: true, ..NextLimits::UNLIMITED },
             // The first step of the Adams method is stable at the present length and not far beyond.

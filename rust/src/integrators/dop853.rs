@@ -10,6 +10,7 @@
 
 use crate::integrators::dense::DenseStep;
 use crate::integrators::dop853_coefficients::{A, C, D, E3, E5, E5_OTHER, SLOPES, STAGES};
+use crate::integrators::rates::{fastest_rate, squares};
 use crate::integrators::stages::{Stages, Weights};
 use crate::integrators::{HybridSystem, NextLimits, StateAt, Stats, Stepper};
 use crate::numerics::instant::Instant;
@@ -17,9 +18,6 @@ use crate::numerics::instant::Instant;
 /// Stability limit of the step times the fastest rate: 6.3 on the negative real axis (damping), 5.9 on the
 /// imaginary axis (oscillation).
 const STABLE: f64 = 5.9;
-
-/// Relative difference of two states that may be a rounding error.
-const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// Weights of the slopes before each one.
 static ROWS: [Weights; SLOPES] = {
@@ -38,7 +36,6 @@ const ESTIMATES: [Weights; 3] = [Weights::sparse(&E5), Weights::sparse(&E5_OTHER
 #[derive(Clone, Debug)]
 pub struct Dop853 {
     d: usize,
-    t: f64,
     /// Slopes (v, a).
     slopes: Stages,
     argument: Vec<f64>,
@@ -57,7 +54,6 @@ impl Dop853 {
         let n = 2 * d;
         Self {
             d,
-            t: 0.0,
             slopes: Stages::new(SLOPES, n),
             argument: vec![0.0; n],
             // The estimate combines those of orders 5 and 3; it is proportional to the eighth power of the
@@ -69,41 +65,15 @@ impl Dop853 {
         }
     }
 
-    /// Whether the last step ended in this state in the present phase: its last slope is then the
-    /// first of the next step.
-    fn ended_at(&self, t: f64, q: &[f64], v: &[f64]) -> bool {
-        let (end_q, end_v) = self.step.end.split_at(self.d);
-        self.end_slope_holds && self.step.instant(1.0) == t.into() && end_q == q && end_v == v
-    }
-
-    /// Length of the last step times the fastest rate of the motion [-]: the square root of |Δa|/|Δq|, the
-    /// differences of accelerations and positions between the last stage and the solution. Both belong to the
-    /// end of the step and differ mainly by the fastest component, so the ratio is the frequency of an
-    /// oscillation or the rate of a damping, independent of the units. Where the positions differ by rounding
-    /// alone it is |Δa|/|Δv|; zero where the velocities do as well.
+    /// Length of the last step times the fastest rate of the motion [-], by the differences between the last stage and the
+    /// solution, which both belong to the end of the step.
     pub fn stiffness(&self) -> f64 {
-        let d = self.d;
-        let (end_q, end_v) = self.step.end.split_at(d);
+        let (weights, end, d) = (&self.weights[..self.d], self.step.end.split_at(self.d), self.d);
         let (last_q, last_v) = self.last_argument.split_at(d);
         let (end_a, last_a) = (&self.slopes.row(STAGES)[d..], &self.slopes.row(STAGES - 1)[d..]);
-        let (mut accelerations, mut velocities, mut positions) = (0.0, 0.0, 0.0);
-        let mut roundings = [0.0; 2];
-        let square = |value: f64| value * value;
-        for (k, &weight) in self.weights[..d].iter().enumerate() {
-            accelerations += square(weight * (end_a[k] - last_a[k]));
-            positions += square(weight * (end_q[k] - last_q[k]));
-            velocities += square(weight * (end_v[k] - last_v[k]));
-            roundings[0] += square(weight * ROUNDING * end_q[k]);
-            roundings[1] += square(weight * ROUNDING * end_v[k]);
-        }
-        // The sums are squares of norms, so each rate takes one more square root.
-        if positions > roundings[0] {
-            self.step.h * (accelerations / positions).sqrt().sqrt()
-        } else if velocities > roundings[1] {
-            self.step.h * (accelerations / velocities).sqrt()
-        } else {
-            0.0
-        }
+        let differences = [(end_a, last_a), (end.0, last_q), (end.1, last_v)]
+            .map(|(end, last)| squares(weights, end.iter().zip(last).map(|(end, last)| end - last)));
+        self.step.h * fastest_rate(differences, weights, end)
     }
 
     /// Evaluates the slope number `stage` from the ones before it.
@@ -115,7 +85,7 @@ impl Dop853 {
         let (q, v) = self.argument.split_at(d);
         let (slope_q, slope_v) = self.slopes.row_mut(stage).split_at_mut(d);
         slope_q.copy_from_slice(v);
-        system.acceleration(Instant::after(self.t, C[stage] * h), q, v, slope_v)
+        system.acceleration(Instant::after(self.step.t, C[stage] * h), q, v, slope_v)
     }
 }
 
@@ -131,8 +101,10 @@ impl Stepper for Dop853 {
 
     fn begin(&mut self, system: &mut dyn HybridSystem, at: StateAt, stats: &mut Stats) -> bool {
         let StateAt { t, q, v } = at;
-        let known = self.ended_at(t, q, v);
-        self.t = t;
+        // Where the last step ended in this state and phase, its last slope is the first of the next one.
+        let ended_here = self.step.instant(1.0) == t.into() && self.step.end.split_at(self.d) == (q, v);
+        let known = self.end_slope_holds && ended_here;
+        self.step.t = t;
         self.step.start[..self.d].copy_from_slice(q);
         self.step.start[self.d..].copy_from_slice(v);
         if known {
@@ -150,7 +122,6 @@ impl Stepper for Dop853 {
     }
 
     fn attempt(&mut self, system: &mut dyn HybridSystem, h: f64, stats: &mut Stats) -> bool {
-        self.step.t = self.t;
         self.step.h = h;
         self.end_slope_holds = false;
         stats.stages += STAGES;

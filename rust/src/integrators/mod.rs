@@ -11,6 +11,7 @@ pub mod dense;
 pub mod dop853;
 mod dop853_coefficients;
 pub mod events;
+mod rates;
 mod relocation;
 pub mod rosenbrock;
 mod stages;

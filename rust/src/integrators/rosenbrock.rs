@@ -38,8 +38,6 @@ pub struct Rosenbrock {
     dense: bool,
     /// Accelerations and Jacobian at the start of the present step.
     linear: Linearization,
-    /// (t, q, v) there.
-    start: (f64, Vec<f64>, Vec<f64>),
     /// Whether they are known before the step begins.
     is_known: bool,
 }
@@ -61,69 +59,15 @@ impl Rosenbrock {
             step: DenseStep::new(n, tableau.h.len(), tableau.embedded_order, false),
             dense: false,
             linear: Linearization::new(d),
-            start: (0.0, vec![0.0; d], vec![0.0; d]),
             is_known: false,
         }
     }
 
-    /// Takes a step of length `h` from a state where the accelerations and their derivatives are `linear`. Returns false
-    /// where W is singular or something is not finite.
-    pub fn take(
-        &mut self,
-        system: &mut dyn HybridSystem,
-        linear: &Linearization,
-        StateAt { t, q, v }: StateAt,
-        h: f64,
-    ) -> bool {
-        let d = self.d;
-        let Tableau { stages, gamma, alpha, d: time_weight, a, c, .. } = self.tableau;
-        let diagonal = h * gamma;
-        if !self.factor(linear, diagonal) {
-            return false;
-        }
-        self.dense = false;
-        self.step.t = t;
-        self.step.h = h;
-        self.step.start[..d].copy_from_slice(q);
-        self.step.start[d..].copy_from_slice(v);
-        let inverse = 1.0 / h;
-        for i in 0..stages {
-            self.stages.add(&self.step.start, a[i], &mut self.argument);
-            self.stages.combine_all([Weights::dense(c[i])], &mut self.residual, |[sum]| sum * inverse);
-            if i == 0 {
-                self.a.copy_from_slice(&linear.a);
-            } else {
-                let (stage_q, stage_v) = self.argument.split_at(d);
-                if !system.acceleration(Instant::after(t, alpha[i] * h), stage_q, stage_v, &mut self.a) {
-                    return false;
-                }
-            }
-            let (r_q, r_v) = self.residual.split_at_mut(d);
-            let by_time = h * time_weight[i];
-            for (r_q, velocity) in r_q.iter_mut().zip(&self.argument[d..]) {
-                *r_q += velocity;
-            }
-            for (k, r_v) in r_v.iter_mut().enumerate() {
-                let coupling: f64 = linear.a_q[k * d..k * d + d].iter().zip(&*r_q).map(|(a, r)| a * r).sum();
-                *r_v += self.a[k] + by_time * linear.a_t[k] + diagonal * coupling;
-            }
-            lu_solve(&self.w, d, &self.pivots, r_v);
-            let (u_q, u_v) = self.stages.row_mut(i).split_at_mut(d);
-            u_v.copy_from_slice(r_v);
-            for ((u_q, u_v), r_q) in u_q.iter_mut().zip(&*u_v).zip(&*r_q) {
-                *u_q = diagonal * (u_v + r_q);
-            }
-        }
-        self.stages.advance(&self.step.start, 1.0, self.tableau.m, &mut self.step.end);
-        self.stages.combine_all([Weights::dense(self.tableau.e)], &mut self.step.error, |[sum]| sum);
-        self.step.end.iter().all(|y| y.is_finite())
-    }
-
     /// Factors W = I/(hγ) - a_v - hγ a_q; false where it is singular.
-    fn factor(&mut self, linear: &Linearization, diagonal: f64) -> bool {
+    fn factor(&mut self, diagonal: f64) -> bool {
         let d = self.d;
         for i in 0..d * d {
-            self.w[i] = -linear.a_v[i] - diagonal * linear.a_q[i];
+            self.w[i] = -self.linear.a_v[i] - diagonal * self.linear.a_q[i];
         }
         for i in 0..d {
             self.w[i * d + i] += 1.0 / diagonal;
@@ -159,23 +103,15 @@ impl Rosenbrock {
         let StateAt { t, q, v } = at;
         stats.jacobians += 1;
         stats.evaluations += 1;
-        self.start.0 = t;
-        self.start.1.copy_from_slice(q);
-        self.start.2.copy_from_slice(v);
+        self.step.t = t;
+        self.step.start[..self.d].copy_from_slice(q);
+        self.step.start[self.d..].copy_from_slice(v);
         self.is_known = system.linearize(t, q, v, &mut self.linear);
         self.is_known
     }
 
-    /// Maximum row sum, with rows and columns scaled by the tolerances so that units do not matter.
-    fn norm(&self, matrix: &[f64]) -> f64 {
-        let row_sum = |(row, weight): (&[f64], &f64)| {
-            weight * row.iter().zip(&self.weights).map(|(a, weight)| a.abs() / weight).sum::<f64>()
-        };
-        matrix.chunks_exact(self.d.max(1)).zip(&self.weights).map(row_sum).fold(0.0, f64::max)
-    }
-
     /// Computes the dense output of the step last taken.
-    pub fn finish_dense(&mut self) {
+    fn write_dense(&mut self) {
         if std::mem::replace(&mut self.dense, true) {
             return;
         }
@@ -184,6 +120,14 @@ impl Rosenbrock {
         for (row, weights) in rows.zip(self.tableau.h) {
             self.stages.combine_all([Weights::dense(weights)], row, |[sum]| sum);
         }
+    }
+
+    /// Maximum row sum, with rows and columns scaled by the tolerances so that units do not matter.
+    fn norm(&self, matrix: &[f64]) -> f64 {
+        let row_sum = |(row, weight): (&[f64], &f64)| {
+            weight * row.iter().zip(&self.weights).map(|(a, weight)| a.abs() / weight).sum::<f64>()
+        };
+        matrix.chunks_exact(self.d.max(1)).zip(&self.weights).map(row_sum).fold(0.0, f64::max)
     }
 }
 
@@ -199,7 +143,7 @@ impl Stepper for Rosenbrock {
     fn begin(&mut self, system: &mut dyn HybridSystem, at: StateAt, stats: &mut Stats) -> bool {
         let StateAt { t, q, v } = at;
         let known = std::mem::take(&mut self.is_known)
-            && (self.start.0, &self.start.1[..], &self.start.2[..]) == (t, q, v);
+            && (self.step.t, self.step.start.split_at(self.d)) == (t, (q, v));
         if !known && !self.linearize(system, at, stats) {
             return false;
         }
@@ -212,14 +156,48 @@ impl Stepper for Rosenbrock {
         stats.stages += self.tableau.stages;
         stats.evaluations += self.tableau.stages - 1;
         stats.factorizations += 1;
-        // Moved out for the call, because `take` borrows all of self.
-        let linear = std::mem::take(&mut self.linear);
-        let (t, q, v) = std::mem::take(&mut self.start);
-        let finite = self.take(system, &linear, StateAt { t, q: &q, v: &v }, h);
-        self.linear = linear;
-        self.start = (t, q, v);
+        let d = self.d;
+        let Tableau { stages, gamma, alpha, d: time_weight, a, c, .. } = self.tableau;
+        let diagonal = h * gamma;
         self.step.damping = h * self.damping();
-        finite
+        if !self.factor(diagonal) {
+            return false;
+        }
+        self.dense = false;
+        self.step.h = h;
+        let Self { linear, step, .. } = self;
+        let t = step.t;
+        let inverse = 1.0 / h;
+        for i in 0..stages {
+            self.stages.add(&step.start, a[i], &mut self.argument);
+            self.stages.combine_all([Weights::dense(c[i])], &mut self.residual, |[sum]| sum * inverse);
+            if i == 0 {
+                self.a.copy_from_slice(&linear.a);
+            } else {
+                let (stage_q, stage_v) = self.argument.split_at(d);
+                if !system.acceleration(Instant::after(t, alpha[i] * h), stage_q, stage_v, &mut self.a) {
+                    return false;
+                }
+            }
+            let (r_q, r_v) = self.residual.split_at_mut(d);
+            let by_time = h * time_weight[i];
+            for (r_q, velocity) in r_q.iter_mut().zip(&self.argument[d..]) {
+                *r_q += velocity;
+            }
+            for (k, r_v) in r_v.iter_mut().enumerate() {
+                let coupling: f64 = linear.a_q[k * d..k * d + d].iter().zip(&*r_q).map(|(a, r)| a * r).sum();
+                *r_v += self.a[k] + by_time * linear.a_t[k] + diagonal * coupling;
+            }
+            lu_solve(&self.w, d, &self.pivots, r_v);
+            let (u_q, u_v) = self.stages.row_mut(i).split_at_mut(d);
+            u_v.copy_from_slice(r_v);
+            for ((u_q, u_v), r_q) in u_q.iter_mut().zip(&*u_v).zip(&*r_q) {
+                *u_q = diagonal * (u_v + r_q);
+            }
+        }
+        self.stages.advance(&step.start, 1.0, self.tableau.m, &mut step.end);
+        self.stages.combine_all([Weights::dense(self.tableau.e)], &mut step.error, |[sum]| sum);
+        step.end.iter().all(|y| y.is_finite())
     }
 
     fn step(&mut self) -> &mut DenseStep {
@@ -227,12 +205,12 @@ impl Stepper for Rosenbrock {
     }
 
     fn estimate_inside(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]) {
-        Rosenbrock::finish_dense(self);
+        self.write_dense();
         self.step.at(theta, q, v);
     }
 
     fn finish_dense(&mut self, _system: &mut dyn HybridSystem, _stats: &mut Stats) -> bool {
-        Rosenbrock::finish_dense(self);
+        self.write_dense();
         true
     }
 }

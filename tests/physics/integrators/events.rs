@@ -5,7 +5,7 @@ use chebclear::integrators::dense::DenseStep;
 use chebclear::integrators::events::Guard;
 use chebclear::integrators::rosenbrock::Rosenbrock;
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P};
-use chebclear::integrators::{HybridSystem, Limits, Outcome, StateAt, Status};
+use chebclear::integrators::{HybridSystem, Limits, Outcome, StateAt, Stats, Status, Stepper};
 use chebclear::numerics::instant::Instant;
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
@@ -425,15 +425,14 @@ fn energy(q: f64, v: f64) -> f64 {
 /// step that ends there.
 fn interpolated_and_retaken(h: f64, theta: f64) -> [f64; 2] {
     let mut system = Switching::new(|q, _| (-q, -1.0), vec![height()]);
-    let mut linear = Linearization::new(1);
-    assert!(system.linearize(0.0, &[1.0], &[0.0], &mut linear));
     let mut method = Rosenbrock::new(RODAS5P, 1);
     let (mut q, mut v) = ([0.0], [0.0]);
     let start = StateAt { t: 0.0, q: &[1.0], v: &[0.0] };
-    assert!(method.take(&mut system, &linear, start, h));
-    method.finish_dense();
+    let mut stats = Stats::default();
+    assert!(method.begin(&mut system, start, &mut stats) && method.attempt(&mut system, h, &mut stats));
+    assert!(method.finish_dense(&mut system, &mut stats));
     method.step.at(theta, &mut q, &mut v);
-    assert!(method.take(&mut system, &linear, start, theta * h));
+    assert!(method.attempt(&mut system, theta * h, &mut stats));
     [energy(q[0], v[0]), energy(method.step.end[0], method.step.end[1])]
 }
 

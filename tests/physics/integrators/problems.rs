@@ -4,7 +4,7 @@ use chebclear::dynamics::Linearization;
 use chebclear::integrators::dense::DenseStep;
 use chebclear::integrators::rosenbrock::Rosenbrock;
 use chebclear::integrators::tableaus::Tableau;
-use chebclear::integrators::{HybridSystem, Limits, Outcome, StateAt, integrate};
+use chebclear::integrators::{HybridSystem, Limits, Outcome, StateAt, Stats, Stepper, integrate};
 use chebclear::numerics::instant::Instant;
 use std::f64::consts::FRAC_PI_4;
 
@@ -192,15 +192,15 @@ impl Problem {
         let d = self.q.len();
         let mut system = SmoothSystem::new(self, 1.0);
         let mut method = Rosenbrock::new(tableau, d);
-        let mut linear = Linearization::new(d);
+        let mut stats = Stats::default();
         let mut state = [self.q.clone(), self.v.clone()].concat();
         let h = self.duration / count as f64;
         for index in 0..count {
             let t = self.t0 + self.duration * index as f64 / count as f64;
             let (q, v) = state.split_at(d);
-            assert!(system.linearize(t, q, v, &mut linear));
-            assert!(method.take(&mut system, &linear, StateAt { t, q, v }, h));
-            method.finish_dense();
+            assert!(method.begin(&mut system, StateAt { t, q, v }, &mut stats));
+            assert!(method.attempt(&mut system, h, &mut stats));
+            assert!(method.finish_dense(&mut system, &mut stats));
             each(&method.step);
             state.copy_from_slice(&method.step.end);
         }

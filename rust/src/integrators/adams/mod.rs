@@ -13,6 +13,7 @@ mod differences;
 mod start;
 
 use crate::integrators::dense::{DenseStep, Form};
+use crate::integrators::rates::{fastest_rate, squares};
 use crate::integrators::{HybridSystem, NextLimits, StateAt, Stats, Stepper};
 use crate::numerics::instant::Instant;
 use crate::numerics::logarithm::{binary_logarithm, binary_power, power};
@@ -45,8 +46,6 @@ const START_CAUTION: f64 = 30.0;
 /// No step is as stiff: it would not be stable. A larger ratio of the differences is noise of the
 /// accelerations.
 const LARGEST_STIFFNESS: f64 = 2.5;
-/// Relative difference of two states that may be a rounding error.
-const ROUNDING: f64 = 8.0 * f64::EPSILON;
 /// A lower order is taken if its steps may be longer by this factor.
 const CLEARLY_LONGER: f64 = 1.1;
 /// Its binary logarithm.
@@ -62,7 +61,6 @@ pub struct Adams {
     order: usize,
     /// That in the last one.
     taken_order: usize,
-    t: f64,
     /// Accelerations at the start of the step, and at its end once it has limits.
     a: Vec<f64>,
     /// The state (q, v, a) that was predicted for its end.
@@ -73,7 +71,7 @@ pub struct Adams {
     /// Largest error of the step relative to the tolerances.
     error: f64,
     /// Ratio of the length that the error of the next step alone would allow to that of the last one.
-    possible_growth: f64,
+    pub(super) possible_growth: f64,
     /// Reciprocal tolerances of positions and velocities.
     weights: [Vec<f64>; 2],
     /// Error relative to the tolerances that a difference of accelerations tells of, per unit of it, for every
@@ -103,7 +101,6 @@ impl Adams {
             start: Start::new(2 * d),
             order: STARTING,
             taken_order: STARTING,
-            t: 0.0,
             a: vec![0.0; d],
             predicted: vec![0.0; 3 * d],
             last: vec![0.0; d],
@@ -123,22 +120,10 @@ impl Adams {
         }
     }
 
-    /// Length of the last step times the fastest rate of the motion [-]: the square root of |Δa|/|Δq|, the
-    /// differences between the predicted and the corrected state at its end. Where the positions differ by
-    /// rounding alone it is |Δa|/|Δv|; zero where the velocities do as well, or where the differences are
-    /// noise. `None` after the first step.
+    /// Length of the last step times the fastest rate of the motion [-], by the differences between the predicted and the
+    /// corrected state at its end; zero where they are noise. `None` after the first step.
     pub fn stiffness(&self) -> Option<f64> {
         self.stiffness
-    }
-
-    /// Factor by which the next step could be longer than the last one for its error alone.
-    pub fn possible_growth(&self) -> f64 {
-        self.possible_growth
-    }
-
-    /// Forgets the past: the next step starts anew.
-    pub fn forget(&mut self) {
-        self.limits = None;
     }
 
     /// Error of positions and velocities that a difference of accelerations tells of, per unit of it.
@@ -181,7 +166,7 @@ impl Adams {
         let h = self.step.h;
         let order = self.order.min(self.differences.count());
         (self.order, self.taken_order) = (order, order);
-        self.differences.prepare(self.t, h, order);
+        self.differences.prepare(self.step.t, h, order);
         // Slices of the length d, so that the compiler knows that indices are inside.
         let (q_start, v_start) = (&self.step.start[..d], &self.step.start[d..][..d]);
         let (q, rest) = self.predicted[..3 * d].split_at_mut(d);
@@ -195,7 +180,7 @@ impl Adams {
                 last[k] = accelerations[lane];
             }
         }
-        if !system.acceleration(Instant::after(self.t, h), q, v, a) {
+        if !system.acceleration(Instant::after(self.step.t, h), q, v, a) {
             return false;
         }
         let [position, velocity] = self.differences.correction(order);
@@ -294,22 +279,13 @@ impl Adams {
     fn measure_stiffness(&mut self, d: usize) {
         let weights = &self.weights[0][..d];
         let (q, v) = self.step.end[..2 * d].split_at(d);
-        let rounding_of = |values: &[f64]| squares(weights, values.iter().map(|value| ROUNDING * value));
         let predicted = &self.predicted[2 * d..3 * d];
         let accelerations =
             squares(weights, self.a[..d].iter().zip(predicted).map(|(a, predicted)| a - predicted));
         let corrections = squares(weights, self.last[..d].iter().copied());
-        // The sums are squares of norms, so each rate takes one more square root.
         let [position, velocity] = self.differences.correction(self.taken_order);
         let [positions, velocities] = [position, velocity].map(|part| part * part * corrections);
-        let rate = if positions > rounding_of(q) {
-            (accelerations / positions).sqrt().sqrt()
-        } else if velocities > rounding_of(v) {
-            (accelerations / velocities).sqrt()
-        } else {
-            0.0
-        };
-        let stiffness = self.step.h * rate;
+        let stiffness = self.step.h * fastest_rate([accelerations, positions, velocities], weights, (q, v));
         self.stiffness = Some(if stiffness < LARGEST_STIFFNESS { stiffness } else { 0.0 });
     }
 
@@ -324,7 +300,7 @@ impl Adams {
             self.patience = (2 * self.patience).min(PATIENCE[1]);
         }
         let growth = self.limit / stiffness;
-        if growth < CLEARLY_LONGER && self.possible_growth() > RAISE {
+        if growth < CLEARLY_LONGER && self.possible_growth > RAISE {
             self.held += 1;
             if self.held >= self.patience {
                 (self.limit, self.held) = (RAISE * self.limit, 0);
@@ -354,15 +330,10 @@ impl Adams {
     }
 }
 
-/// Sum of the squares of weighted values.
-#[inline(always)]
-fn squares(weights: &[f64], values: impl Iterator<Item = f64>) -> f64 {
-    weights.iter().zip(values).map(|(weight, value)| (weight * value).powi(2)).sum()
-}
-
 impl Stepper for Adams {
     fn restart(&mut self, position_tolerance: &[f64], velocity_tolerance: &[f64]) {
-        self.forget();
+        // The next step starts anew.
+        self.limits = None;
         (self.limit, self.held, self.patience) = (STABLE, 0, PATIENCE[0]);
         for (weights, tolerances) in self.weights.iter_mut().zip([position_tolerance, velocity_tolerance]) {
             for (weight, tolerance) in weights.iter_mut().zip(tolerances) {
@@ -373,7 +344,7 @@ impl Stepper for Adams {
 
     fn begin(&mut self, system: &mut dyn HybridSystem, at: StateAt, stats: &mut Stats) -> bool {
         let StateAt { t, q, v } = at;
-        self.t = t;
+        self.step.t = t;
         self.failures = 0;
         self.step.start[..self.d].copy_from_slice(q);
         self.step.start[self.d..].copy_from_slice(v);
@@ -389,7 +360,6 @@ impl Stepper for Adams {
     }
 
     fn attempt(&mut self, system: &mut dyn HybridSystem, h: f64, stats: &mut Stats) -> bool {
-        self.step.t = self.t;
         self.step.h = h;
         self.dense = false;
         if self.failures >= FAILURES {
