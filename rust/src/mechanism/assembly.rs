@@ -45,7 +45,7 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<A
     let d = tree.free.len();
     let mut dynamics = Dynamics::new(tree);
     let mut conditions = Conditions::new(tree, scene, length);
-    let (q, warning) = match close_nearest(&mut dynamics, scene, &mut conditions, length, preferred) {
+    let (q, warning) = match close_nearest(&mut dynamics, scene, &mut conditions, preferred) {
         Ok(closed) => closed,
         Err(residual) => {
             check_laws(&dynamics)?;
@@ -68,7 +68,7 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<A
     check_couplings(&dynamics, length)?;
     let offsets = offsets(&dynamics);
     conditions.open_plays(&dynamics, Level::Velocity);
-    let v = close_velocities(&mut dynamics, &conditions, &q, length)?;
+    let v = close_velocities(&mut dynamics, &conditions, &q)?;
     check_directions(tree, &dynamics, length)?;
     dynamics.settle_switches();
     if let Some(fault) = dynamics.fault_of_loads() {
@@ -104,15 +104,15 @@ fn close_nearest(
     dynamics: &mut Dynamics,
     scene: &Scene,
     conditions: &mut Conditions,
-    length: f64,
     preferred: &[i8],
 ) -> Result<(Vec<f64>, Option<Problem>), f64> {
     let mut guess = initial_guess(dynamics.tree, scene);
     dynamics.move_to(0.0, &guess, &vec![0.0; guess.len()]);
     conditions.open_plays(dynamics, Level::Position);
     follow_drivers(dynamics, conditions, &mut guess);
-    let (q, residual) = close_from(dynamics, conditions, &guess, length);
-    let closes = |residual: f64| residual <= CLOSED * length;
+    let (q, residual) = close_from(dynamics, conditions, &guess);
+    let tolerance = CLOSED * conditions.length;
+    let closes = |residual: f64| residual <= tolerance;
     // The search for nearer poses knows of no couplings.
     if closes(residual) && conditions.couplings(dynamics.tree, Level::Position).next().is_some() {
         return Ok((q, None));
@@ -167,16 +167,11 @@ fn close_nearest(
 }
 
 /// The coordinates at which Newton's method ends from a guess, and the gap [m] that remains.
-fn close_from(
-    dynamics: &mut Dynamics,
-    conditions: &Conditions,
-    guess: &[f64],
-    length: f64,
-) -> (Vec<f64>, f64) {
+fn close_from(dynamics: &mut Dynamics, conditions: &Conditions, guess: &[f64]) -> (Vec<f64>, f64) {
     let mut q = guess.to_vec();
     slide_together(dynamics, conditions, &mut q);
     let mut residual = close_positions(dynamics, conditions, &mut q);
-    if residual.is_nan() || residual > CLOSED * length {
+    if residual.is_nan() || residual > CLOSED * conditions.length {
         // From the translated position Newton's method may stall where the initial guess does not.
         q.copy_from_slice(guess);
         residual = close_positions(dynamics, conditions, &mut q);
@@ -397,7 +392,6 @@ fn close_velocities(
     dynamics: &mut Dynamics,
     conditions: &Conditions,
     q: &[f64],
-    length: f64,
 ) -> Result<Vec<f64>, InputError> {
     let tree = dynamics.tree;
     let mut v = vec![0.0; q.len()];
@@ -412,7 +406,7 @@ fn close_velocities(
     }
     dynamics.move_to(0.0, q, &v);
     let (remaining, _) = conditions.velocities(dynamics);
-    let rounding = CLOSED_RATE * speed_scale(tree, dynamics, length) / conditions.unit;
+    let rounding = CLOSED_RATE * speed_scale(tree, dynamics, conditions.length) / conditions.unit;
     let is_closed = |remaining: &[f64]| remaining.iter().all(|rate| rate.abs() <= rounding);
     if is_closed(remaining.as_slice()) {
         return Ok(v);

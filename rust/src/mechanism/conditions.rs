@@ -13,8 +13,9 @@ use crate::tree::kinematics::{FrameKind, Vec2, perp};
 
 /// Equations of the start.
 pub(super) struct Conditions {
-    /// Size of the mechanism [m], rounded to a power of two, so that a scene in other units takes the same steps to the
-    /// last bit.
+    /// Size of the mechanism [m].
+    pub(super) length: f64,
+    /// The same rounded to a power of two, so that a scene in other units takes the same steps to the last bit.
     pub(super) unit: f64,
     /// Unit of each free coordinate for least squares: 1 rad, or that size.
     pub(super) units: Vec<f64>,
@@ -106,19 +107,17 @@ impl Conditions {
             Pair { points: slot.points, place: Place::Vector { vector, rate }, is_given: given.is_some() }
         });
         let guides = tree.guides.iter().map(|guide| {
-            let given = scene.start.iter().find_map(|start| match start {
-                Start::Guide { joint, offset, displacement, .. } if *joint == guide.name => {
-                    Some((*offset, *displacement))
-                }
-                _ => None,
-            });
-            let (across, along) = given.unwrap_or(([0.0; 2], [None; 2]));
+            let (across, along, is_given) = match start_of(scene, guide) {
+                Some(Start::Guide { offset, displacement, .. }) => (*offset, *displacement, true),
+                _ => ([0.0; 2], [None; 2], false),
+            };
             let place = Place::Guided { axis: guide.axis, across, along };
-            Pair { points: guide.points, place, is_given: given.is_some() }
+            Pair { points: guide.points, place, is_given }
         });
         let tilts = tree.guides.iter().filter_map(|guide| tilt_of(tree, scene, guide));
         let given = scene.start.iter().filter_map(|start| given_coordinate(tree, start));
         Self {
+            length,
             unit,
             units: units.collect(),
             pairs: closures.chain(bearings).chain(guides).collect(),
@@ -349,31 +348,24 @@ fn given_coordinate(tree: &Tree, start: &Start) -> Option<GivenCoordinate> {
     let index_of = |name: &str| tree.bodies.iter().position(|body| body.name == name);
     let between = |bodies: [Option<usize>; 2], position, velocity| {
         let (columns, zero) = tree.relative_angle(bodies);
-        Some(GivenCoordinate { columns, is_angle: true, zero, position, velocity, is_given: true })
+        GivenCoordinate { columns, is_angle: true, zero, position, velocity, is_given: true }
     };
     match start {
         Start::Clearance { .. } | Start::Guide { .. } => None,
         Start::Body { body, angle, angular_velocity } => {
-            between([None, index_of(body)], *angle, *angular_velocity)
+            Some(between([None, index_of(body)], *angle, *angular_velocity))
         }
         Start::Joint { joint, position, velocity } => {
             let joint = tree.ideal_joints.iter().find(|other| other.name == *joint)?;
-            match joint.realization {
-                Realization::Tree { column: Some(column), .. } if joint.kind == IdealKind::Prismatic => {
-                    let mut columns = vec![0.0; tree.frames.len() - 1];
-                    columns[column] = 1.0;
-                    let (position, velocity) = (*position, *velocity);
-                    Some(GivenCoordinate {
-                        columns,
-                        is_angle: false,
-                        zero: 0.0,
-                        position,
-                        velocity,
-                        is_given: true,
-                    })
-                }
-                _ => between(joint.bodies, *position, *velocity),
+            let mut given = between(joint.bodies, *position, *velocity);
+            if let (Realization::Tree { column: Some(column), .. }, IdealKind::Prismatic) =
+                (joint.realization, joint.kind)
+            {
+                given.columns.fill(0.0);
+                given.columns[column] = 1.0;
+                (given.is_angle, given.zero) = (false, 0.0);
             }
+            Some(given)
         }
     }
 }
@@ -381,18 +373,16 @@ fn given_coordinate(tree: &Tree, start: &Start) -> Option<GivenCoordinate> {
 /// The tilt of what slides in a guide with play, if it has corners: zero unless the start gives it.
 fn tilt_of(tree: &Tree, scene: &Scene, guide: &Guide) -> Option<GivenCoordinate> {
     let angle = guide.angle?;
-    let given = scene.start.iter().find_map(|start| match start {
-        Start::Guide { joint, tilt, .. } if *joint == guide.name => Some(*tilt),
-        _ => None,
-    });
-    let [position, velocity] = given.unwrap_or_default().map(Some);
+    let (tilt, is_given) = match start_of(scene, guide) {
+        Some(Start::Guide { tilt, .. }) => (*tilt, true),
+        _ => ([0.0; 2], false),
+    };
+    let [position, velocity] = tilt.map(Some);
     let (columns, zero) = tree.relative_angle(guide.bodies);
-    Some(GivenCoordinate {
-        columns,
-        is_angle: true,
-        zero: zero - angle,
-        position,
-        velocity,
-        is_given: given.is_some(),
-    })
+    Some(GivenCoordinate { columns, is_angle: true, zero: zero - angle, position, velocity, is_given })
+}
+
+/// What the start gives of a guide with play.
+fn start_of<'s>(scene: &'s Scene, guide: &Guide) -> Option<&'s Start> {
+    scene.start.iter().find(|start| matches!(start, Start::Guide { joint, .. } if *joint == guide.name))
 }

@@ -144,7 +144,7 @@ pub fn simulate_from(
     settings: &Settings,
     monitor: &dyn Fn(f64) -> bool,
 ) -> Result<Trajectory, InputError> {
-    collected(mechanism, None, settings, |values| run(mechanism, start, None, settings, monitor, values))
+    collected(mechanism, Begin::State(start), settings, monitor)
 }
 
 /// Continues a run where another ended; the samples start there.
@@ -157,9 +157,7 @@ pub fn resume(
     settings: &Settings,
     monitor: &dyn Fn(f64) -> bool,
 ) -> Result<Trajectory, InputError> {
-    collected(mechanism, Some(restart), settings, |values| {
-        record(mechanism, Some(restart), settings, monitor, values)
-    })
+    collected(mechanism, Begin::Restart(restart), settings, monitor)
 }
 
 /// Simulates a mechanism, from where another run ended if that is given, into `values` of the caller: a row
@@ -174,10 +172,8 @@ pub fn record(
     monitor: &dyn Fn(f64) -> bool,
     values: &mut [f64],
 ) -> Result<Trajectory, InputError> {
-    if let Some(restart) = restart {
-        check_restart(mechanism, restart)?;
-    }
-    run(mechanism, &mechanism.start, restart, settings, monitor, values)
+    let begin = restart.map_or(Begin::State(&mechanism.start), Begin::Restart);
+    run(mechanism, begin, settings, monitor, values)
 }
 
 /// Checks the settings of a run without simulating.
@@ -197,20 +193,28 @@ pub fn columns(mechanism: &Mechanism, settings: &Settings) -> Vec<String> {
     settings.outputs.clone().unwrap_or_else(|| column_names(mechanism))
 }
 
+/// Where a run begins: in a state at time zero, or where another one ended.
+#[derive(Clone, Copy)]
+enum Begin<'a> {
+    State(&'a State),
+    Restart(&'a Restart),
+}
+
 /// Runs with newly allocated memory for the samples.
 fn collected(
     mechanism: &Mechanism,
-    restart: Option<&Restart>,
+    begin: Begin,
     settings: &Settings,
-    record: impl FnOnce(&mut [f64]) -> Result<Trajectory, InputError>,
+    monitor: &dyn Fn(f64) -> bool,
 ) -> Result<Trajectory, InputError> {
     settings.check()?;
     let count = settings.samples.saturating_mul(columns(mechanism, settings).len());
     let mut values = filled(count, f64::NAN).map_err(|_| {
         Subject::Settings.error("settings.samples", format!("{count} numbers do not fit into the memory"))
     })?;
-    let run = record(&mut values)?;
-    let t = settings.sample_times(restart.map_or(0.0, |restart| restart.time)).collect();
+    let run = run(mechanism, begin, settings, monitor, &mut values)?;
+    let from = if let Begin::Restart(restart) = begin { restart.time } else { 0.0 };
+    let t = settings.sample_times(from).collect();
     Ok(Trajectory { t, values, ..run })
 }
 
@@ -277,33 +281,36 @@ impl Request {
 
 fn run(
     mechanism: &Mechanism,
-    start: &State,
-    restart: Option<&Restart>,
+    begin: Begin,
     settings: &Settings,
     monitor: &dyn Fn(f64) -> bool,
     values: &mut [f64],
 ) -> Result<Trajectory, InputError> {
+    let (start, from) = match begin {
+        Begin::State(start) => (start.clone(), 0.0),
+        Begin::Restart(restart) => {
+            check_restart(mechanism, restart)?;
+            (State { q: restart.q.clone(), v: restart.v.clone() }, restart.time)
+        }
+    };
     settings.check()?;
-    check_tolerances(mechanism, start, settings)?;
+    let scaled_by = if let Begin::State(start) = begin { start } else { &mechanism.start };
+    check_tolerances(mechanism, scaled_by, settings)?;
     let Request { names, columns, plan } = Request::of(mechanism, settings, values.len())?;
     values.fill(f64::NAN);
-    let from = restart.map_or(0.0, |restart| restart.time);
-    let mut system = System::new(mechanism, start, settings, (columns, values), plan, monitor, from);
+    let mut system = System::new(mechanism, scaled_by, settings, (columns, values), plan, monitor, from);
     let end = system.samples.end();
     check_functions(mechanism, from, end)?;
-    let (mut q, mut v) = match restart {
-        Some(restart) => (restart.q.clone(), restart.v.clone()),
-        None => (start.q.clone(), start.v.clone()),
-    };
-    match restart {
-        Some(restart) => {
+    let State { mut q, mut v } = start;
+    match begin {
+        Begin::Restart(restart) => {
             system.recall(&restart.memory);
             system.motion.settle(from, &q, &v);
             if let Some(fault) = system.motion.dynamics.fault_of_loads() {
                 return Err(Subject::Start.error("start", fault));
             }
         }
-        None => system.begin(&mut q, &v),
+        Begin::State(_) => system.begin(&mut q, &v),
     }
     let outcome = if mechanism.mobility() == 0 && mechanism.slots.is_empty() {
         follow_drives(&mut system, from, end, &mut q, &mut v)

@@ -6,12 +6,10 @@
 //! Source: `[Garloff1986]`. Rounding errors are bounded by the standard model of floating-point arithmetic,
 //! with a margin of a factor of two.
 
-use rayon::prelude::*;
-
 use crate::study::bernstein::{Axis, LANES, Lanes, MOST_DEGREE};
 use crate::study::branch_and_bound::{End, Polynomial, Search};
 use crate::study::chebyshev::{GridError, Polynomials};
-use crate::study::pool::{private_pool, thread_count};
+use crate::study::pool::in_parallel;
 use crate::study::sweep::Monitor;
 
 /// Least number of coefficients, and largest number of columns, of a task of one thread.
@@ -97,10 +95,10 @@ pub fn watched_ranges(
 
     let form = Form::new(degrees);
     let width = (TASK_COEFFICIENTS / terms / LANES * LANES).clamp(LANES, TASK_COLUMNS);
-    let starts: Vec<usize> = (0..columns).step_by(width).collect();
-    let task = |workspace: &mut Workspace, start: usize| {
-        let end = columns.min(start + width);
+    let task = |index: usize| {
+        let (start, end) = (index * width, columns.min((index + 1) * width));
         let mut ranges = Ranges::default();
+        let mut workspace = Workspace::default();
         for first in (start..end).step_by(LANES) {
             if !monitor() {
                 return None;
@@ -109,17 +107,10 @@ pub fn watched_ranges(
             workspace.gather(coefficients, columns, first, used);
             workspace.append_ranges(&form, used, &mut ranges);
         }
-        ranges.boxes = std::mem::take(&mut workspace.search.boxes);
+        ranges.boxes = workspace.search.boxes;
         Some(ranges)
     };
-    let count = thread_count(threads, starts.len());
-    let blocks: Option<Vec<Ranges>> = if count == 1 {
-        let mut workspace = Workspace::default();
-        starts.into_iter().map(|start| task(&mut workspace, start)).collect()
-    } else {
-        let pool = private_pool(count)?;
-        pool.install(|| starts.into_par_iter().map_init(Workspace::default, task).collect())
-    };
+    let blocks = in_parallel(columns.div_ceil(width), threads, task)?;
     Ok(blocks.map(|blocks| {
         let mut all = Ranges::default();
         blocks.into_iter().for_each(|block| all.append(block));
@@ -222,7 +213,7 @@ impl Form {
     }
 }
 
-/// Memory of one thread, kept from block to block of columns.
+/// Memory of one task, kept from block to block of columns.
 #[derive(Default)]
 struct Workspace {
     /// Coefficients, and room for their transformation.

@@ -119,14 +119,10 @@ impl<'s> Sweep<'s> {
             finished.fetch_add(1, Ordering::Relaxed);
             Some(run)
         };
-        // Split by hand: chunks of length zero, where only features are requested, are not allowed.
+        // Not in chunks: those of length zero, where only features are requested, are not allowed.
         let mut rest = values;
-        let mut places = Vec::with_capacity(self.mechanisms.len());
-        for _ in &self.mechanisms {
-            let (place, others) = rest.split_at_mut(size);
-            places.push(place);
-            rest = others;
-        }
+        let place = |_| rest.split_off_mut(..size).unwrap_or_default();
+        let places: Vec<&mut [f64]> = self.mechanisms.iter().map(place).collect();
         let runs: Option<Vec<_>> = match &self.pool {
             Some(pool) => pool
                 .install(|| self.mechanisms.par_iter().zip(places).with_max_len(1).map(simulate).collect()),

@@ -11,8 +11,6 @@ pub mod running;
 pub mod sparse_range;
 pub mod widened;
 
-use rayon::prelude::*;
-
 use crate::study::chebyshev::GridError;
 use crate::study::pool::{private_pool, thread_count};
 use crate::study::sweep::Monitor;
@@ -217,9 +215,11 @@ impl Design {
 fn band(runs: &Runs<'_>, regression: &Regression, coverage: f64, are_independent: bool) -> OutputBand {
     // The error of a polynomial is small in the mean over time, and may be large at some instants.
     let holds = |band: &OutputBand| band.held_out.coverage >= coverage;
-    let unresolved = || match are_independent {
-        true => independent(runs),
-        false => lasting(with_corners(widened(runs, coverage), runs, regression), runs, regression),
+    let unresolved = || {
+        if are_independent {
+            return independent(runs);
+        }
+        lasting(with_corners(widened(runs, coverage), runs, regression), runs, regression)
     };
     resolved(runs, regression).filter(holds).unwrap_or_else(unresolved)
 }
@@ -242,20 +242,6 @@ fn with_corners(mut band: OutputBand, runs: &Runs<'_>, regression: &Regression) 
         band.upper.iter_mut().zip(&highest).for_each(|(bound, &end)| *bound = bound.max(end));
     }
     band
-}
-
-/// `work` for every output, in order, on threads of a private pool.
-fn in_parallel<T: Send>(
-    outputs: usize,
-    threads: Option<usize>,
-    work: impl Fn(usize) -> Option<T> + Send + Sync,
-) -> Result<Option<Vec<T>>, GridError> {
-    let count = thread_count(threads, outputs);
-    if count == 1 {
-        return Ok((0..outputs).map(work).collect());
-    }
-    let pool = private_pool(count)?;
-    Ok(pool.install(|| (0..outputs).into_par_iter().with_max_len(1).map(work).collect()))
 }
 
 fn check(

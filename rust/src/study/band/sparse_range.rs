@@ -9,9 +9,9 @@
 use std::cmp::Ordering;
 use std::collections::{BinaryHeap, HashMap};
 
-use super::in_parallel;
 use super::regression::{exponents, term_count};
 use crate::study::chebyshev::GridError;
+use crate::study::pool::in_parallel;
 use crate::study::range::Ranges;
 use crate::study::sweep::Monitor;
 
