@@ -115,10 +115,9 @@ impl Dynamics<'_> {
         (0..self.phases.len()).map(|index| self.carried_energy(index)).sum()
     }
 
-    /// Elastic energy of all contacts and of ideal joints that stick [J], after [`Dynamics::find_contacts`].
+    /// Elastic energy of all contacts [J], after [`Dynamics::find_contacts`].
     pub fn contact_energies(&self) -> f64 {
-        (0..self.phases.len()).map(|index| self.contact_energy(index)).sum::<f64>()
-            + (0..self.tree.dry_joints.len()).map(|index| self.dry_energy(index)).sum::<f64>()
+        (0..self.phases.len()).map(|index| self.contact_energy(index)).sum()
     }
 
     /// Kinetic, potential and elastic contact energy together [J], after [`Dynamics::find_contacts`].

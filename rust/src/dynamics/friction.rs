@@ -1,15 +1,19 @@
 //! Friction in ideal joints, from the reactions that it changes, with exact derivatives.
 //!
-//! Accelerations and reactions are affine in the friction T of all joints, λ = λ₀ + Λ T. A joint that sticks has a spring,
-//! whose force depends on no reaction; those that slide in the direction s satisfy
+//! Accelerations and reactions are affine in the friction T of all joints, λ = λ₀ + Λ T. Every joint transmits a fraction φ
+//! of the largest friction h that its law allows under its reaction,
 //!
 //! ```text
-//! T_j + s_j h_j(λ_j) = 0
+//! T_j + φ_j h_j(λ_j) = 0
 //! ```
 //!
-//! with the norms h of their laws. h_j(Λ_jk) bounds what a change of T_k makes of T_j. Where the matrix of these bounds has a
-//! spectral radius below one there is one solution, which Newton's method finds. For a single joint the bound is exact: from
-//! one on there are two solutions or none.
+//! with φ = ±1 where it slides and that of its spring where it sticks. h_j(Λ_jk) bounds what a change of T_k makes of h_j.
+//! Where the matrix of |φ_j| h_j(Λ_jk) has a spectral radius below one there is one solution, which Newton's method finds.
+//! For a single joint that slides the bound is exact: from one on there are two solutions or none.
+//!
+//! How joints at rest share what holds them, equilibrium alone does not say where one of them cannot move without another.
+//! They share it as springs would that are loaded together, φ_j = Σ_p C_jp y_p, with the correlation C of their motions. It is
+//! ±1 between joints that can only move together: these transmit equal fractions, and slide from the same instant on.
 
 use super::Dynamics;
 use super::reactions::Wrench;
@@ -25,13 +29,22 @@ use crate::tree::kinematics::Coordinate;
 const STEPS: usize = 20;
 /// Residual that counts as rounding, relative to the friction of all terms of a reaction.
 const SOLVED: f64 = 64.0 * f64::EPSILON;
+/// Square of the sine of the angle between two motions that count as one: a correlation loses half of its digits.
+const DEPENDENT: f64 = 1.490_116_119_384_765_6e-8;
+/// Acceleration that counts as none where a joint begins to slide, relative to its terms.
+const SETTLED: f64 = 1e-9;
 
 /// What friction of size one in a joint adds to the accelerations and multipliers.
 #[derive(Clone, Debug, Default)]
 struct Response {
     accelerations: Vec<f64>,
     multipliers: Vec<f64>,
+    /// The acceleration of the joint without closures.
+    without_loops: f64,
 }
+
+/// An equation of friction: what is left of it, the size of its terms, its derivatives.
+type Equation = (f64, f64, Vec<f64>);
 
 /// Friction in the ideal joints of a mechanism in one state.
 #[derive(Clone, Debug)]
@@ -47,10 +60,12 @@ pub(super) struct Friction<'m> {
     /// Accelerations and multipliers without friction, and what that of each joint adds.
     kept: Response,
     responses: Vec<Response>,
-    /// Torque or force on the second body of each joint along its coordinate [N m or N], and the largest that its reaction
-    /// allows.
+    /// Accelerations of the joints by drives.
+    driven: Vec<f64>,
+    /// Part of its largest friction that each joint transmits against its direction or stretch.
+    fractions: Vec<f64>,
+    /// Torque or force on the second body of each joint along its coordinate [N m or N].
     efforts: Vec<f64>,
-    limits: Vec<f64>,
     /// Derivatives of all efforts with respect to every degree of freedom, then to their velocities, then to time.
     gradients: Vec<Vec<f64>>,
     /// The joint at which two solutions or none were found in the last state, with the bound.
@@ -69,19 +84,14 @@ impl<'m> Friction<'m> {
             reacting: Box::new(Dynamics::new(&other.tree)),
             q: vec![0.0; d],
             v: vec![0.0; d],
-            kept: Response { accelerations: vec![0.0; d], multipliers: Vec::new() },
+            kept: Response { accelerations: vec![0.0; d], ..Response::default() },
             responses: vec![Response::default(); count],
+            driven: vec![0.0; count],
+            fractions: vec![0.0; count],
             efforts: vec![0.0; count],
-            limits: vec![f64::NAN; count],
             gradients: vec![vec![0.0; count]; 2 * tree.degrees_of_freedom() + 1],
             fault: None,
         }))
-    }
-
-    /// The joints that slide, except one that is held.
-    fn sliding(&self, held: Option<usize>) -> Vec<usize> {
-        let slides = |&index: &usize| !self.tractions[index].sticks() && held != Some(index);
-        (0..self.joints.len()).filter(slides).collect()
     }
 
     /// Takes over the state of the mechanism, and finds accelerations and multipliers without friction and the responses
@@ -105,11 +115,59 @@ impl<'m> Friction<'m> {
             response.accelerations = vec![0.0; self.q.len()];
             joint.reacting.iter().for_each(|&(freedom, factor)| response.accelerations[freedom] = factor);
             symmetric_solve(&reacting.mass, self.q.len(), &mut response.accelerations);
+            response.without_loops = along(&joint.reacting, |freedom| response.accelerations[freedom]);
             reacting.loops.right.fill(0.0);
             reacting.loops.correct(&mut response.accelerations);
             response.multipliers.clone_from(&reacting.loops.right);
         }
+        for (driven, joint) in self.driven.iter_mut().zip(self.joints) {
+            *driven = along(&joint.driven, |column| dynamics.coordinates[column].acceleration);
+        }
         true
+    }
+
+    /// The acceleration of a joint in a response.
+    fn acceleration(&self, joint: usize, response: &Response) -> f64 {
+        along(&self.joints[joint].reacting, |freedom| response.accelerations[freedom])
+    }
+
+    /// What friction of size one in a joint adds to the acceleration of another.
+    fn accelerance(&self, joint: usize, source: usize) -> f64 {
+        self.acceleration(joint, &self.responses[source])
+    }
+
+    /// Correlation of the motions of two joints: 1 or -1 where neither moves without the other.
+    fn correlation(&self, joint: usize, other: usize) -> f64 {
+        let own = self.accelerance(joint, joint) * self.accelerance(other, other);
+        self.accelerance(joint, other) / own.sqrt()
+    }
+
+    /// Acceleration of a joint, and the size of its terms.
+    fn accelerations(&self, joint: usize) -> (f64, f64) {
+        let alone = self.acceleration(joint, &self.kept) + self.driven[joint];
+        let terms = self.efforts.iter().enumerate().map(|(k, effort)| self.accelerance(joint, k) * effort);
+        terms.fold((alone, alone.abs()), |(sum, size), term| (sum + term, size + term.abs()))
+    }
+
+    /// Direction in which a joint accelerates from rest; zero within rounding errors.
+    fn accelerates(&self, joint: usize) -> f64 {
+        let (acceleration, size) = self.accelerations(joint);
+        if acceleration.abs() <= SETTLED * size { 0.0 } else { acceleration.signum() }
+    }
+
+    /// Those of some joints whose motions are independent, on which the motions of the others depend.
+    fn independent(&self, joints: &[usize]) -> Vec<usize> {
+        let row = |&j: &usize| joints.iter().map(|&k| self.correlation(j, k)).collect();
+        let mut rows: Vec<Vec<f64>> = joints.iter().map(row).collect();
+        let mut found = Vec::new();
+        for (place, &joint) in joints.iter().enumerate() {
+            let (done, rest) = rows.split_at_mut(place + 1);
+            if done[place][place] > DEPENDENT {
+                found.push(joint);
+                subtract(&done[place], rest, place);
+            }
+        }
+        found
     }
 
     /// What friction of size one in a joint adds to the reaction of another.
@@ -117,107 +175,114 @@ impl<'m> Friction<'m> {
         self.joints[joint].rows.map(|row| self.responses[source].multipliers[row])
     }
 
-    /// The reaction of a joint from the multipliers without friction, or its change, and the friction of all joints.
-    fn reaction(&self, joint: usize, kept: &[f64], efforts: &[f64]) -> [f64; 2] {
-        let added = |row: usize, kept: f64| {
-            let terms = efforts.iter().zip(&self.responses);
-            terms.fold(kept, |sum, (effort, response)| sum + effort * response.multipliers[row])
-        };
-        self.joints[joint].rows.map(|row| added(row, kept[row]))
-    }
-
     /// The largest friction of a joint under its present reaction, and its derivatives.
     fn limit(&self, joint: usize) -> (f64, [f64; 2]) {
-        self.joints[joint].law.limit(self.reaction(joint, &self.kept.multipliers, &self.efforts))
+        let added = |row: usize| {
+            let terms = self.efforts.iter().zip(&self.responses);
+            terms.fold(self.kept.multipliers[row], |sum, (effort, response)| {
+                sum + effort * response.multipliers[row]
+            })
+        };
+        let DryJoint { law, rows, .. } = &self.joints[joint];
+        law.limit(rows.map(added))
     }
 
-    /// Whether the friction of the joints that slide has one solution; otherwise a joint and its bound. The spectral radius
-    /// is below one where all pivots of one less the bounds are positive.
-    fn check(&self, sliding: &[usize]) -> Option<(usize, f64)> {
-        let row = |&j: &usize| -> Vec<f64> {
-            let bound = |k: usize| self.joints[j].law.limit(self.influence(j, k)).0;
-            sliding.iter().map(|&k| f64::from(j == k) - bound(k)).collect()
+    /// Whether friction has one solution; otherwise a joint and its bound. The spectral radius is below one where all pivots
+    /// of one less the bounds are positive.
+    fn check(&self) -> Option<(usize, f64)> {
+        let joints = 0..self.joints.len();
+        let row = |j: usize| -> Vec<f64> {
+            let bound = |k: usize| self.fractions[j].abs() * self.joints[j].law.limit(self.influence(j, k)).0;
+            joints.clone().map(|k| f64::from(j == k) - bound(k)).collect()
         };
-        let mut rows: Vec<Vec<f64>> = sliding.iter().map(row).collect();
-        for place in 0..rows.len() {
+        let mut rows: Vec<Vec<f64>> = joints.clone().map(row).collect();
+        for place in joints {
             let (done, rest) = rows.split_at_mut(place + 1);
-            let pivot = &done[place];
-            if pivot[place].is_nan() || pivot[place] <= 0.0 {
-                return Some((sliding[place], 1.0 - pivot[place]));
+            let pivot = done[place][place];
+            if pivot.is_nan() || pivot <= 0.0 {
+                return Some((place, 1.0 - pivot));
             }
-            for row in rest {
-                let factor = row[place] / pivot[place];
-                row.iter_mut().zip(pivot).for_each(|(entry, above)| *entry -= factor * above);
-            }
+            subtract(&done[place], rest, place);
         }
         None
     }
 
-    /// The equations of some joints that slide, the last of which may be held without acceleration instead: what is left of
-    /// each, the size of its terms, and the derivatives with respect to their friction.
-    fn equations(&self, joints: &[usize], held: Option<usize>) -> Vec<(f64, f64, Vec<f64>)> {
-        let terms = |of: &dyn Fn(usize) -> f64, [kept, size]: [f64; 2]| {
-            let sum = self.efforts.iter().enumerate();
-            sum.fold((kept, size.abs()), |(sum, size), (k, effort)| {
-                (sum + of(k) * effort, size + (of(k) * effort).abs())
-            })
-        };
-        let equation = |&j: &usize| {
-            let accelerates = |response: &Response| {
-                along(&self.joints[j].reacting, |freedom| response.accelerations[freedom])
-            };
-            let own = accelerates(&self.responses[j]);
-            let by = |k: usize| accelerates(&self.responses[k]) / own;
-            if held == Some(j) {
-                let kept = accelerates(&self.kept) / own;
-                let (left, size) = terms(&by, [kept; 2]);
-                return (left, size, joints.iter().map(|&k| by(k)).collect());
-            }
-            let (law, direction) = (self.joints[j].law, self.tractions[j].direction);
+    /// The equations of all joints, and of those on whose pulls the fractions of the held ones depend: these must not
+    /// accelerate. Derivatives are with respect to friction and pulls.
+    fn equations(&self, held: &[usize], pulling: &[usize]) -> Vec<Equation> {
+        let count = self.joints.len();
+        let friction = |j: usize| {
+            let (law, fraction) = (self.joints[j].law, self.fractions[j]);
             let (limit, [x, y]) = self.limit(j);
             let slope = |k: usize| {
                 let [by_x, by_y] = self.influence(j, k);
-                f64::from(j == k) + direction * (x * by_x + y * by_y)
+                f64::from(j == k) + fraction * (x * by_x + y * by_y)
             };
+            let pull = |&p: &usize| if held.contains(&j) { limit * self.correlation(j, p) } else { 0.0 };
             let kept = law.limit(self.joints[j].rows.map(|row| self.kept.multipliers[row])).0;
-            let (_, size) = terms(&|k| law.limit(self.influence(j, k)).0, [0.0, kept]);
-            (self.efforts[j] + direction * limit, size, joints.iter().map(|&k| slope(k)).collect())
+            let terms = self.efforts.iter().enumerate();
+            let size =
+                terms.fold(kept, |sum, (k, effort)| sum + effort.abs() * law.limit(self.influence(j, k)).0);
+            let left = self.efforts[j] + fraction * limit;
+            (left, fraction.abs() * size, (0..count).map(slope).chain(pulling.iter().map(pull)).collect())
         };
-        joints.iter().map(equation).collect()
+        let rest = |&p: &usize| {
+            let (own, (left, size)) = (self.accelerance(p, p), self.accelerations(p));
+            let by = (0..count).map(|k| self.accelerance(p, k) / own);
+            (left / own, size / own, by.chain(pulling.iter().map(|_| 0.0)).collect())
+        };
+        (0..count).map(friction).chain(pulling.iter().map(rest)).collect()
     }
 
-    /// Finds the friction of the joints that slide beside that of those that stick, and that by which a joint is held
-    /// without acceleration; false where there is not one solution.
-    fn solve(&mut self, held: Option<usize>) -> bool {
-        let mut joints = self.sliding(held);
-        self.fault = self.check(&joints);
-        joints.extend(held);
-        let mut solved = self.fault.is_none() && joints.is_empty();
+    /// Finds the friction of all joints, and the fractions with which some of them hold each other without acceleration; false
+    /// where there is not one solution.
+    fn solve(&mut self, held: &[usize]) -> bool {
+        self.fault = self.check();
+        let pulling = self.independent(held);
+        let mut pulls = vec![0.0; pulling.len()];
+        let mut solved = false;
         for _ in 0..STEPS {
             if solved || self.fault.is_some() {
                 break;
             }
-            let equations = self.equations(&joints, held);
+            let equations = self.equations(held, &pulling);
             solved = equations.iter().all(|(left, size, _)| left.abs() <= SOLVED * size);
             let mut change: Vec<f64> = equations.iter().map(|(left, ..)| *left).collect();
-            let Some(factor) = factor(equations) else { return false };
-            lu_solve(&factor.0, joints.len(), &factor.1, &mut change);
-            joints.iter().zip(change).for_each(|(&j, change)| self.efforts[j] -= change);
+            let Some((matrix, pivots)) = factor(equations) else { return solved };
+            lu_solve(&matrix, change.len(), &pivots, &mut change);
+            self.efforts
+                .iter_mut()
+                .chain(&mut pulls)
+                .zip(change)
+                .for_each(|(value, change)| *value -= change);
+            for &j in held {
+                let terms = pulling.iter().zip(&pulls);
+                self.fractions[j] = terms.map(|(&p, pull)| self.correlation(j, p) * pull).sum();
+            }
         }
-        self.limits = (0..self.joints.len()).map(|j| self.limit(j).0).collect();
         solved && self.efforts.iter().all(|effort| effort.is_finite())
     }
 
-    /// Finds the gradients of the joints that slide; those of the others are known, theirs zero.
+    /// The same; what nothing can hold goes as the others let it, with an infinite fraction.
+    fn hold(&mut self, held: &[usize]) -> bool {
+        let solved = self.solve(held);
+        if solved || held.is_empty() || self.fault.is_some() {
+            return solved;
+        }
+        self.efforts.fill(0.0);
+        held.iter().for_each(|&j| self.fractions[j] = 0.0);
+        let found = self.solve(&[]);
+        held.iter().for_each(|&j| self.fractions[j] = self.accelerations(j).0.signum() * f64::INFINITY);
+        found
+    }
+
+    /// Finds the gradients of friction from those of the fractions.
     fn differentiate(&mut self, free: &[usize]) {
-        let sliding = self.sliding(None);
-        let Some((matrix, pivots)) = factor(self.equations(&sliding, None)).filter(|_| !sliding.is_empty())
-        else {
-            return;
-        };
-        let slopes: Vec<[f64; 2]> = sliding.iter().map(|&j| self.limit(j).1).collect();
+        let Some((matrix, pivots)) = factor(self.equations(&[], &[])) else { return };
+        let count = self.joints.len();
+        let limits: Vec<(f64, [f64; 2])> = (0..count).map(|j| self.limit(j)).collect();
         let reacting = &mut *self.reacting;
-        let Response { mut accelerations, mut multipliers } = self.kept.clone();
+        let Response { mut accelerations, mut multipliers, .. } = self.kept.clone();
         for (effort, response) in self.efforts.iter().zip(&self.responses) {
             accelerations.iter_mut().zip(&response.accelerations).for_each(|(sum, by)| *sum += effort * by);
             multipliers.iter_mut().zip(&response.multipliers).for_each(|(sum, by)| *sum += effort * by);
@@ -225,28 +290,34 @@ impl<'m> Friction<'m> {
         reacting.accelerate(&accelerations);
         reacting.loops.multipliers = multipliers;
         reacting.find_residual_derivatives();
-        for place in 0..self.gradients.len() {
+        for (place, gradient) in self.gradients.iter_mut().enumerate() {
             // The change of the multipliers with all friction kept is left in the memory of the loops.
             let column = |freedom: usize| self.other.columns[free[freedom]];
             let d = free.len();
-            self.reacting.accelerations_by(&mut accelerations, |this, row| match place {
+            reacting.accelerations_by(&mut accelerations, |this, row| match place {
                 _ if place < d => this.residual_by_position(row, column(place)),
                 _ if place < 2 * d => this.residual_by_velocity(row, column(place - d)),
                 _ => this.residual_by_time(row),
             });
-            let change = |(&j, [x, y]): (&usize, &[f64; 2])| {
-                let [by_x, by_y] = self.reaction(j, &self.reacting.loops.right, &self.gradients[place]);
-                -self.tractions[j].direction * (x * by_x + y * by_y)
-            };
-            let mut changes: Vec<f64> = sliding.iter().zip(&slopes).map(change).collect();
-            lu_solve(&matrix, sliding.len(), &pivots, &mut changes);
-            sliding.iter().zip(changes).for_each(|(&j, change)| self.gradients[place][j] = change);
+            for (j, (limit, [x, y])) in limits.iter().enumerate() {
+                let [by_x, by_y] = self.joints[j].rows.map(|row| reacting.loops.right[row]);
+                gradient[j] = -gradient[j] * limit - self.fractions[j] * (x * by_x + y * by_y);
+            }
+            lu_solve(&matrix, count, &pivots, gradient);
         }
     }
 }
 
+/// Eliminates a column from the rows below a pivot.
+fn subtract(pivot: &[f64], rows: &mut [Vec<f64>], column: usize) {
+    for row in rows {
+        let factor = row[column] / pivot[column];
+        row.iter_mut().zip(pivot).for_each(|(entry, above)| *entry -= factor * above);
+    }
+}
+
 /// The factored derivatives of some equations.
-fn factor(equations: Vec<(f64, f64, Vec<f64>)>) -> Option<(Vec<f64>, Vec<usize>)> {
+fn factor(equations: Vec<Equation>) -> Option<(Vec<f64>, Vec<usize>)> {
     let n = equations.len();
     let mut matrix: Vec<f64> = equations.into_iter().flat_map(|(.., row)| row).collect();
     let (mut weights, mut pivots) = (vec![1.0; n], vec![0; n]);
@@ -297,68 +368,83 @@ impl Dynamics<'_> {
         along(&self.tree.dry_joints[index].columns, |column| self.coordinates[column].acceleration)
     }
 
-    /// Stretch of the spring of a joint that sticks [rad or m].
-    fn dry_stretch(&self, index: usize, traction: &Traction) -> f64 {
+    /// The fraction of its largest friction that a joint transmits in a traction, after [`Dynamics::move_to`].
+    pub fn dry_fraction(&self, index: usize, traction: &Traction) -> f64 {
+        if !traction.sticks() {
+            return traction.direction;
+        }
         let columns = &self.tree.dry_joints[index].columns;
         let near = along(columns, |column| self.coordinates[column].position) - traction.anchor;
-        with_turns(near, along(columns, |column| self.turns[column]) - traction.turns[0])
+        let stretch = with_turns(near, along(columns, |column| self.turns[column]) - traction.turns[0]);
+        traction.stiffness * stretch + traction.damping * self.dry_velocity(index)
     }
 
-    /// The traction of a joint that begins to stick with a friction [N m or N], in the state last moved to.
-    pub fn anchored_joint(&self, index: usize, effort: f64, traction: Traction) -> Traction {
+    /// The traction of a joint that begins to stick with a fraction of its largest friction, in the state last moved to.
+    pub fn anchored_joint(&self, index: usize, fraction: f64, traction: Traction) -> Traction {
         let columns = &self.tree.dry_joints[index].columns;
         let turns = [along(columns, |column| self.turns[column]), 0.0];
-        let held = (effort + traction.damping * self.dry_velocity(index)) / traction.stiffness;
-        let anchor = along(columns, |column| self.coordinates[column].position) + held;
+        let stretch = (fraction - traction.damping * self.dry_velocity(index)) / traction.stiffness;
+        let anchor = along(columns, |column| self.coordinates[column].position) - stretch;
         Traction { direction: 0.0, anchor, turns, ..traction }
     }
 
-    /// Mass [kg] or moment of inertia [kg m²] that friction in a joint moves, after [`Dynamics::acceleration`]; infinite where
-    /// drives prescribe its motion.
-    pub fn dry_inertia(&mut self, index: usize) -> f64 {
-        let free = &self.tree.dry_joints[index].free;
-        let mut response = vec![0.0; self.tree.free.len()];
-        free.iter().for_each(|&(freedom, factor)| response[freedom] = factor);
-        symmetric_solve(&self.mass, response.len(), &mut response);
-        let without_loops = along(free, |freedom| response[freedom]);
-        if !self.loops.right.is_empty() {
-            self.loops.right.fill(0.0);
-            self.loops.correct(&mut response);
-        }
-        let accelerance = along(free, |freedom| response[freedom]);
-        if accelerance > ROUNDING * without_loops { 1.0 / accelerance } else { f64::INFINITY }
+    /// Mass [kg] or moment of inertia [kg m²] that friction in a joint moves, after [`Dynamics::find_friction`]; infinite
+    /// where drives prescribe its motion.
+    pub fn dry_inertia(&self, index: usize) -> f64 {
+        let Some(friction) = &self.friction else { return f64::NAN };
+        let accelerance = friction.accelerance(index, index);
+        let moves = accelerance > ROUNDING * friction.responses[index].without_loops;
+        if moves { 1.0 / accelerance } else { f64::INFINITY }
     }
 
-    /// Finds the friction in the state last moved to, where no joint slides without the reactions unless they are asked for;
-    /// false where it has two solutions or none.
+    /// Correlation of the motions of two joints that friction can move: exactly 1 or -1 where neither moves without the
+    /// other.
+    pub fn dry_correlation(&self, index: usize, other: usize) -> f64 {
+        let correlation =
+            self.friction.as_ref().map_or(f64::NAN, |friction| friction.correlation(index, other));
+        if 1.0 - correlation * correlation <= DEPENDENT { correlation.signum() } else { correlation }
+    }
+
+    /// Finds the friction in the state last moved to; false where it has two solutions or none.
     #[inline(never)]
-    pub fn find_friction(&mut self, with_limits: bool) -> bool {
-        self.find_friction_beside(None, with_limits)
+    pub fn find_friction(&mut self) -> bool {
+        self.hold_joints(&[])
     }
 
-    /// The friction that holds a joint without acceleration in the state last moved to, and the largest that its reaction
-    /// then allows [N m or N], after [`Dynamics::acceleration`] there; `None` where there is none.
-    pub fn holding_effort(&mut self, index: usize) -> Option<(f64, f64)> {
-        // Rounding errors would decide the sign.
-        let found = self.dry_inertia(index).is_finite() && self.find_friction_beside(Some(index), true);
-        found.then(|| (self.dry_effort(index), self.dry_limit(index)))
-    }
-
-    fn find_friction_beside(&mut self, held: Option<usize>, with_limits: bool) -> bool {
+    /// The same, where some joints hold each other without acceleration; after [`Dynamics::acceleration`] there.
+    pub fn hold_joints(&mut self, held: &[usize]) -> bool {
         let Some(mut friction) = self.friction.take() else { return true };
-        // What slides is found anew, whatever was evaluated before.
+        // It is found anew, whatever was evaluated before.
         friction.efforts.fill(0.0);
-        for (index, traction) in friction.tractions.iter().enumerate().filter(|(_, one)| one.sticks()) {
-            if held == Some(index) {
-                continue;
-            }
-            let spring = traction.stiffness * self.dry_stretch(index, traction);
-            friction.efforts[index] = -spring - traction.damping * self.dry_velocity(index);
+        for (index, traction) in friction.tractions.iter().enumerate() {
+            let is_held = held.contains(&index);
+            friction.fractions[index] = if is_held { 0.0 } else { self.dry_fraction(index, traction) };
         }
-        let is_needed = with_limits || friction.tractions.iter().any(|traction| !traction.sticks());
-        let found = !is_needed || (friction.follow(self) && friction.solve(held));
+        let found = friction.follow(self) && friction.hold(held);
         self.friction = Some(friction);
         found
+    }
+
+    /// The fraction of its largest friction that a joint transmits, as its friction was last found.
+    pub fn held_fraction(&self, index: usize) -> f64 {
+        self.friction.as_ref().map_or(f64::NAN, |friction| friction.fractions[index])
+    }
+
+    /// Whether a joint accelerates with its friction as last found.
+    pub fn dry_accelerates(&self, index: usize) -> bool {
+        self.friction.as_ref().is_some_and(|friction| friction.accelerates(index) != 0.0)
+    }
+
+    /// Where a joint must go from a state of rest, as its friction was last found, if it cannot stay there: one that is held
+    /// slides where it would need more than its largest friction, one that slides is held (0) where it would turn back.
+    pub fn dry_departure(&self, index: usize) -> Option<f64> {
+        let friction = self.friction.as_ref()?;
+        let (direction, fraction) = (friction.tractions[index].direction, friction.fractions[index]);
+        if direction == 0.0 {
+            (fraction.abs() > 1.0).then(|| fraction.signum())
+        } else {
+            (direction * friction.accelerates(index) < 0.0).then_some(0.0)
+        }
     }
 
     /// The joint at which friction has two solutions or none in the state last evaluated, and how much friction there
@@ -386,14 +472,13 @@ impl Dynamics<'_> {
                 continue;
             }
             for &(freedom, factor) in &joint.free {
-                friction.gradients[freedom][index] = -traction.stiffness * factor;
-                friction.gradients[d + freedom][index] = -traction.damping * factor;
+                friction.gradients[freedom][index] = traction.stiffness * factor;
+                friction.gradients[d + freedom][index] = traction.damping * factor;
             }
-            for &(column, factor) in joint.columns.iter().filter(|(column, _)| !tree.free.contains(column)) {
+            friction.gradients[2 * d][index] = along(&joint.driven, |column| {
                 let Coordinate { velocity, acceleration, .. } = self.coordinates[column];
-                friction.gradients[2 * d][index] -=
-                    factor * (traction.stiffness * velocity + traction.damping * acceleration);
-            }
+                traction.stiffness * velocity + traction.damping * acceleration
+            });
         }
         friction.differentiate(&tree.free);
         self.friction = Some(friction);
@@ -416,29 +501,14 @@ impl Dynamics<'_> {
         }
     }
 
-    /// Velocity of the slider of a joint that slides [rad/s or m/s], after [`Dynamics::differentiate_friction`]: its own less
-    /// the rate at which the spring would stretch.
-    pub fn dry_slider(&self, index: usize) -> f64 {
-        let Some(friction) = &self.friction else { return f64::NAN };
-        let (by_position, others) = friction.gradients.split_at(self.tree.free.len());
-        let terms = self.tree.free.iter().zip(by_position).zip(others).map(
-            |((&column, by_position), by_velocity)| {
-                let Coordinate { velocity, acceleration, .. } = self.coordinates[column];
-                by_position[index] * velocity + by_velocity[index] * acceleration
-            },
-        );
-        let rate = terms.sum::<f64>() + friction.gradients[2 * self.tree.free.len()][index];
-        self.dry_velocity(index) + rate / friction.tractions[index].stiffness
-    }
-
     /// Friction in a joint on its second body, along its coordinate [N m or N], after [`Dynamics::acceleration`].
     pub fn dry_effort(&self, index: usize) -> f64 {
         self.friction.as_ref().map_or(f64::NAN, |friction| friction.efforts[index])
     }
 
-    /// The largest friction that the reaction allows [N m or N], after [`Dynamics::find_friction`] with limits.
+    /// The largest friction that its reaction allows [N m or N], after [`Dynamics::find_friction`].
     pub fn dry_limit(&self, index: usize) -> f64 {
-        self.friction.as_ref().map_or(f64::NAN, |friction| friction.limits[index])
+        self.friction.as_ref().map_or(f64::NAN, |friction| friction.limit(index).0)
     }
 
     /// Friction, power or whether it sticks, by its place in [`crate::contact::friction::JointFriction::outputs`].
@@ -452,23 +522,7 @@ impl Dynamics<'_> {
 
     /// Power dissipated in a joint [W], after [`Dynamics::acceleration`].
     pub fn dry_loss(&self, index: usize) -> f64 {
-        let velocity = self.dry_velocity(index);
-        let traction = &self.tractions()[index];
-        if traction.sticks() {
-            traction.damping * velocity * velocity
-        } else {
-            -self.dry_effort(index) * velocity
-        }
-    }
-
-    /// Energy of the spring of a joint that sticks [J], after [`Dynamics::move_to`].
-    pub fn dry_energy(&self, index: usize) -> f64 {
-        let traction = &self.tractions()[index];
-        if traction.sticks() {
-            0.5 * traction.stiffness * self.dry_stretch(index, traction).powi(2)
-        } else {
-            0.0
-        }
+        -self.dry_effort(index) * self.dry_velocity(index)
     }
 
     /// Calls `supply` with what friction exerts on bodies.

@@ -245,7 +245,7 @@ impl<'m> Dynamics<'m> {
             }
         }
         if self.has_forces {
-            if self.friction.is_some() && !self.find_friction(false) {
+            if self.friction.is_some() && !self.find_friction() {
                 return false;
             }
             self.add_forces(a);

@@ -407,7 +407,10 @@ fn mass_message(system: &mut System, outcome: &mut Outcome) -> String {
 fn friction_fault(system: &System, outcome: &mut Outcome) -> Option<(usize, f64)> {
     let Motion { dynamics, inside, .. } = &system.motion;
     let fault = match outcome.status {
-        Status::NonFinite | Status::SingularMechanism | Status::StepUnderflow => dynamics.friction_fault(),
+        Status::NonFinite
+        | Status::SingularMechanism
+        | Status::StepUnderflow
+        | Status::FrictionIndeterminate => dynamics.friction_fault(),
         Status::EventLocation => dynamics.friction_fault().or(inside.friction_fault()),
         _ => None,
     }?;

@@ -19,6 +19,8 @@ pub struct DryJoint {
     /// Columns whose coordinates, times these factors, add up to the angle or displacement of the second body relative to
     /// the first, on which friction acts.
     pub columns: Vec<(usize, f64)>,
+    /// Those of them that drives move.
+    pub driven: Vec<(usize, f64)>,
     /// The same for the degrees of freedom, and for those of the tree with reactions.
     pub free: Vec<(usize, f64)>,
     /// See there.
@@ -76,7 +78,9 @@ impl Tree {
             let of = |tree: &Tree| nonzero(tree.slide_of(&tree.ideal_joints[joint]));
             let (columns, in_other) = (of(self), of(&tree));
             let (free, reacting) = (freedoms(&self.free, &columns), freedoms(&tree.free, &in_other));
-            self.dry_joints.push(DryJoint { joint, law, columns, free, reacting, rows: rows[joint] });
+            let driven = columns.iter().copied().filter(|(column, _)| !self.free.contains(column)).collect();
+            let rows = rows[joint];
+            self.dry_joints.push(DryJoint { joint, law, columns, driven, free, reacting, rows });
         }
         let columns: Vec<usize> =
             (0..tree.frames.len() - 1).filter(|column| !tree.locks.contains(column)).collect();

@@ -1,9 +1,9 @@
 //! Ideal joints with friction: their spring, and sticking and sliding as phases with located guards.
 
 use crate::contact::sticking::Traction;
+use crate::integrators::Status;
 use crate::integrators::events::Guard;
 use crate::mechanism::compiled::Mechanism;
-use crate::numerics::instant::Instant;
 use crate::run::contacts::guards::{ONSET_PART, RATIO_PART};
 use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::{Event, EventKind, Place};
@@ -15,10 +15,8 @@ use crate::tree::elements::IdealKind;
 /// square root of a rounding error its force still has half of its digits.
 const LEAST_STRETCH: f64 = 1.490_116_119_384_765_6e-8;
 
-/// Most passes over joints at rest, and part of the largest friction by which their loads may still change in the last one.
+/// Most changes of joints at rest between sticking and sliding until all agree.
 const PASSES: usize = 50;
-/// See there.
-const SETTLED: f64 = 1e-9;
 
 /// Unit of the coordinate of a joint at the size of the mechanism: 1 [rad], or that size [m].
 fn reach(mechanism: &Mechanism, index: usize) -> f64 {
@@ -34,84 +32,107 @@ fn velocity_tolerance(motion: &Motion, tolerances: &Tolerances, index: usize) ->
     tolerances.velocity * reach(mechanism, index) / mechanism.scales.length
 }
 
-/// Decides which joints stick and which slide at the start, and fixes their springs.
-///
-/// A joint without clearance has no stiffness of its own. Its spring stretches by `rtol` times the size of the mechanism (or
-/// by `rtol` radians) under the largest friction of the start, or under one that gives the mechanism its speed within its
-/// size if that is larger, and is critically damped. What sticks therefore moves by less than the tolerance.
+/// Decides which joints stick and which slide at the start.
 pub(crate) fn begin_dry_joints(
     motion: &mut Motion,
     tolerances: &Tolerances,
     rtol: f64,
     (q, v): (&[f64], &[f64]),
 ) {
-    let mechanism = motion.mechanism;
-    if mechanism.dry_joints.is_empty() || !motion.dynamics.acceleration(0.0, q, v, &mut motion.a) {
+    let count = motion.mechanism.dry_joints.len();
+    if count == 0 || !motion.dynamics.acceleration(0.0, q, v, &mut motion.a) {
         return;
     }
     motion.dynamics.accelerate(&motion.a);
-    motion.dynamics.find_friction(true);
-    let rate = mechanism.scales.speed / mechanism.scales.length;
-    let mut at_rest = Vec::new();
-    for index in 0..mechanism.dry_joints.len() {
-        let (inertia, reach) = (motion.dynamics.dry_inertia(index), reach(mechanism, index));
-        let (velocity, acceleration) =
-            (motion.dynamics.dry_velocity(index), motion.dynamics.dry_acceleration(index));
-        let mut traction = motion.dynamics.tractions()[index];
-        if inertia.is_finite() {
-            let load = motion.dynamics.dry_limit(index).max(inertia * rate * rate * reach);
-            // Without any load, speed and acceleration nothing is transmitted.
-            traction.stiffness = load.max(f64::MIN_POSITIVE) / (rtol.max(LEAST_STRETCH) * reach);
-            traction.damping = 2.0 * (traction.stiffness * inertia).sqrt();
-            traction.direction = velocity.signum();
-            if velocity.abs() <= RATIO_PART * velocity_tolerance(motion, tolerances, index) {
-                at_rest.push(index);
-            }
-        } else {
+    let moves = |index: &usize| motion.dynamics.dry_inertia(*index).is_finite();
+    let movable: Vec<usize> = (0..count).filter(moves).collect();
+    anchor(motion, rtol, &movable);
+    for index in 0..count {
+        let velocity = motion.dynamics.dry_velocity(index);
+        let traction = motion.dynamics.tractions()[index];
+        let direction = if !movable.contains(&index) {
             // A drive that starts from rest moves in either direction.
-            let first = [velocity, acceleration].into_iter().find(|rate| *rate != 0.0);
-            traction.direction = first.unwrap_or(1.0).signum();
-        }
-        motion.dynamics.set_traction(index, traction);
+            let first = [velocity, motion.dynamics.dry_acceleration(index)];
+            first.into_iter().find(|rate| *rate != 0.0).unwrap_or(1.0).signum()
+        } else if velocity.abs() > RATIO_PART * velocity_tolerance(motion, tolerances, index) {
+            velocity.signum()
+        } else {
+            0.0
+        };
+        motion.dynamics.set_traction(index, Traction { direction, ..traction });
     }
-    hold(motion, &at_rest);
+    // Where no choice is right, the first step ends the run.
+    hold(
+        motion,
+        rtol,
+        &movable.into_iter().filter(|&index| motion.dynamics.tractions()[index].sticks()).collect::<Vec<_>>(),
+    );
 }
 
-/// Lets joints at rest stick where their friction holds them, with their springs stretched as far as that takes, and slide
-/// where it does not, in the state last moved to. Their loads depend on each other.
-fn hold(motion: &mut Motion, joints: &[usize]) {
-    let mut efforts = vec![0.0; joints.len()];
-    // A joint that moved turns as it accelerates: friction of others may decide what would hold it.
-    let turned = joints.iter().map(|&index| {
-        let moved = !motion.dynamics.tractions()[index].sticks();
-        moved.then(|| motion.dynamics.dry_acceleration(index).signum())
-    });
-    let turned: Vec<Option<f64>> = turned.collect();
-    // What one of several joints can hold alone, the others need not.
-    for &index in joints {
-        let unloaded = motion.dynamics.anchored_joint(index, 0.0, motion.dynamics.tractions()[index]);
-        motion.dynamics.set_traction(index, unloaded);
+/// Gives joints that stick their springs, in the state and with the fractions in which friction was last found.
+///
+/// A joint without clearance has no stiffness of its own. Its spring stretches by at most `rtol` times the size of the
+/// mechanism (or by `rtol` radians) under its largest friction: what sticks moves by less than the tolerance. Friction at
+/// its limit takes the same energy ½ I u² from the mass I that it moves in all joints, so that those which only move together
+/// stretch to equal fractions. The damping is critical, but no slower than the mechanism.
+fn anchor(motion: &mut Motion, rtol: f64, joints: &[usize]) {
+    let mechanism = motion.mechanism;
+    let roots: Vec<f64> = joints.iter().map(|&index| motion.dynamics.dry_inertia(index).sqrt()).collect();
+    let stretches = joints.iter().zip(&roots);
+    let stretches = stretches.map(|(&index, root)| rtol.max(LEAST_STRETCH) * reach(mechanism, index) * root);
+    let stretch = stretches.fold(f64::INFINITY, f64::min);
+    let rate = 2.0 * mechanism.scales.speed / mechanism.scales.length;
+    for (&index, root) in joints.iter().zip(&roots) {
+        let dynamics = &mut motion.dynamics;
+        let grips = joints.iter().zip(&roots).map(|(&other, root)| {
+            dynamics.dry_correlation(index, other).powi(2) * dynamics.dry_limit(other) / root
+        });
+        let grip = grips.sum::<f64>().max(rate * rate * stretch);
+        let damping = if grip > 0.0 { 2.0 * root / (stretch * grip).sqrt() } else { 0.0 };
+        let traction = dynamics.tractions()[index];
+        let fraction = dynamics.held_fraction(index);
+        let traction = Traction { stiffness: root / stretch, damping, ..traction };
+        let traction = dynamics.anchored_joint(index, fraction, traction);
+        dynamics.set_traction(index, traction);
     }
+}
+
+/// Gives a joint at rest a direction, or none, and with it those of the `joints` that only move together with it.
+fn direct(motion: &mut Motion, joints: &[usize], index: usize, direction: f64) {
+    for &other in joints {
+        let correlation = if other == index { 1.0 } else { motion.dynamics.dry_correlation(index, other) };
+        if correlation.abs() == 1.0 {
+            let traction = motion.dynamics.tractions()[other];
+            let direction = correlation * direction;
+            motion.dynamics.set_traction(other, Traction { direction, ..traction });
+        }
+    }
+}
+
+/// Finds which of some joints at rest stick and which slide in the state last moved to, from what they do now: all go where
+/// their friction lets them until none has to. False where there is no choice that is right for all, or none was found.
+fn hold(motion: &mut Motion, rtol: f64, joints: &[usize]) -> bool {
     for _ in 0..PASSES {
-        let mut settled = true;
-        for ((&index, last), turned) in joints.iter().zip(&mut efforts).zip(&turned) {
-            let traction = motion.dynamics.tractions()[index];
-            // Where its friction moves nothing, it turns as the others let it.
-            let unheld = (-motion.dynamics.dry_acceleration(index) * f64::INFINITY, 0.0);
-            let (effort, limit) = motion.dynamics.holding_effort(index).unwrap_or(unheld);
-            let traction = if effort.abs() <= limit {
-                motion.dynamics.anchored_joint(index, effort, traction)
-            } else {
-                Traction { direction: turned.unwrap_or(-effort.signum()), ..traction }
-            };
-            motion.dynamics.set_traction(index, traction);
-            settled &= effort == *last || (effort - *last).abs() <= SETTLED * limit;
-            *last = effort;
+        let sticks = |index: &usize| motion.dynamics.tractions()[*index].sticks();
+        let held: Vec<usize> = joints.iter().copied().filter(sticks).collect();
+        if !motion.dynamics.hold_joints(&held) {
+            return false;
         }
-        if settled {
-            break;
+        let departure = |&index: &usize| Some((index, motion.dynamics.dry_departure(index)?));
+        let departures: Vec<(usize, f64)> = joints.iter().filter_map(departure).collect();
+        if departures.is_empty() {
+            // What its largest friction just holds sticks too.
+            let rests = |index: &usize| !motion.dynamics.dry_accelerates(*index);
+            let at_rest: Vec<usize> = joints.iter().copied().filter(rests).collect();
+            anchor(motion, rtol, &at_rest);
+            return true;
+        }
+        for (index, direction) in departures {
+            let traction = motion.dynamics.tractions()[index];
+            motion.dynamics.set_traction(index, Traction { direction, ..traction });
         }
     }
+    false
 }
 
 /// Gives the joints of a mechanism that drives move the directions in which they move in a state; false where their friction
@@ -127,98 +148,72 @@ pub(crate) fn settle_directions(motion: &mut Motion, t: f64, q: &[f64], v: &[f64
         let traction = motion.dynamics.tractions()[index];
         motion.dynamics.set_traction(index, Traction { direction, ..traction });
     }
-    motion.dynamics.find_friction(true)
+    motion.dynamics.find_friction()
 }
 
-/// The guards of all joints with friction in the state of the frames inside the step or at its end: what is left to the
-/// largest friction [N m or N] where a joint sticks, the velocity of the slider in its direction [rad/s or m/s] where it
-/// slides, its own where drives prescribe it.
-pub(crate) fn dry_guards(
-    motion: &mut Motion,
+/// The guard of a joint with friction in the state of the frames inside the step or at its end: what is left to the largest
+/// friction where it sticks, as a part of it, its velocity in its direction [rad/s or m/s] where it slides.
+pub(crate) fn dry_guard(
+    motion: &Motion,
     (tolerances, rtol): (&Tolerances, f64),
     is_inside: bool,
-    (t, q, v): (Instant, &[f64], &[f64]),
-    guards: &mut [Guard],
-) {
-    if is_inside {
-        motion.inside.copy_phases(&motion.dynamics);
-    }
-    let slides = motion.dynamics.tractions().iter().any(|one| !one.sticks() && one.stiffness > 0.0);
-    let dynamics = if is_inside { &mut motion.inside } else { &mut motion.dynamics };
-    let exists = if slides {
-        // Not the function of the steps, which is inlined there.
-        let exists = dynamics.acceleration_and_contacts(t, q, v, &mut motion.a);
-        dynamics.accelerate(&motion.a);
-        if exists {
-            dynamics.differentiate_friction();
-        }
-        exists
-    } else {
-        dynamics.find_friction(true)
-    };
-    if !exists {
-        return guards.fill(Guard { value: f64::NAN, ..Guard::INACTIVE });
-    }
+    index: usize,
+) -> Guard {
     let dynamics = if is_inside { &motion.inside } else { &motion.dynamics };
-    for (index, guard) in guards.iter_mut().enumerate() {
-        let traction = dynamics.tractions()[index];
-        let (value, resolution, overshoot) = if traction.sticks() {
-            let limit = dynamics.dry_limit(index);
-            let rounding = 64.0 * f64::EPSILON * limit
-                + 4.0 * f64::EPSILON * traction.stiffness * reach(motion.mechanism, index);
-            (limit - dynamics.dry_effort(index).abs(), rounding, rtol * limit)
-        } else {
-            let velocity = if traction.stiffness > 0.0 {
-                dynamics.dry_slider(index)
-            } else {
-                dynamics.dry_velocity(index)
-            };
-            let tolerance = velocity_tolerance(motion, tolerances, index);
-            let rounding = 4.0 * f64::EPSILON * dynamics.dry_velocity(index).abs();
-            (traction.direction * velocity, rounding + RATIO_PART * tolerance, ONSET_PART * tolerance)
-        };
-        *guard = Guard {
-            value,
-            rate: f64::NAN,
-            margin: 0.0,
-            resolution,
-            overshoot: overshoot.max(8.0 * resolution),
-        };
-    }
+    let traction = &motion.dynamics.tractions()[index];
+    let velocity = dynamics.dry_velocity(index);
+    let (value, resolution, overshoot) = if traction.sticks() {
+        let rounding = 4.0 * f64::EPSILON * traction.stiffness * reach(motion.mechanism, index);
+        (1.0 - dynamics.dry_fraction(index, traction).abs(), rounding + 64.0 * f64::EPSILON, rtol)
+    } else {
+        let tolerance = velocity_tolerance(motion, tolerances, index);
+        let rounding = 4.0 * f64::EPSILON * velocity.abs();
+        (traction.direction * velocity, rounding + RATIO_PART * tolerance, ONSET_PART * tolerance)
+    };
+    Guard { value, rate: f64::NAN, margin: 0.0, resolution, overshoot: overshoot.max(8.0 * resolution) }
 }
 
 /// Changes from sticking to sliding or back where the guard of a joint is zero. What is at rest sticks anew beside a joint
-/// that comes to rest, since its load jumps. What a spring stores is no loss, and is lost when it lets go.
+/// that comes to rest or turns back, since its load jumps. An error where friction has two solutions or none.
 pub(crate) fn cross_dry_joint(
     motion: &mut Motion,
     log: &mut ContactLog,
-    tolerances: &Tolerances,
+    (tolerances, rtol): (&Tolerances, f64),
     index: usize,
     (time, q, v): (f64, &[f64], &[f64]),
-) {
-    if !motion.dynamics.acceleration(time, q, v, &mut motion.a) {
-        return;
+) -> Result<(), Status> {
+    // The joint may have changed with another at the same instant.
+    let guard = dry_guard(motion, (tolerances, rtol), false, index);
+    if guard.value > guard.resolution || !motion.dynamics.acceleration(time, q, v, &mut motion.a) {
+        return Ok(());
     }
-    motion.dynamics.accelerate(&motion.a);
     let before = motion.dynamics.tractions().to_vec();
-    let stored: Vec<f64> = (0..before.len()).map(|other| motion.dynamics.dry_energy(other)).collect();
-    let traction = before[index];
-    if traction.sticks() {
-        let direction = -motion.dynamics.dry_effort(index).signum();
-        motion.dynamics.set_traction(index, Traction { direction, ..traction });
-    } else if traction.stiffness > 0.0 {
-        let rests = |&other: &usize| {
-            let slow =
-                motion.dynamics.dry_velocity(other).abs() <= velocity_tolerance(motion, tolerances, other);
-            before[other].stiffness > 0.0 && (other == index || before[other].sticks() || slow)
-        };
-        let at_rest: Vec<usize> = (0..before.len()).filter(rests).collect();
-        hold(motion, &at_rest);
+    let moves = |other: &usize| motion.dynamics.dry_inertia(*other).is_finite();
+    // Joints that only move together pass zero at the same instant.
+    let rests = |&other: &usize| {
+        let ahead = before[other].direction * motion.dynamics.dry_velocity(other);
+        ahead <= velocity_tolerance(motion, tolerances, other)
+    };
+    if before[index].sticks() {
+        let stuck: Vec<usize> = (0..before.len()).filter(|&other| before[other].sticks()).collect();
+        let direction = motion.dynamics.held_fraction(index).signum();
+        direct(motion, &stuck, index, direction);
+    } else if moves(&index) {
+        let at_rest: Vec<usize> = (0..before.len()).filter(moves).filter(rests).collect();
+        // What turns back needs no holding.
+        for &other in &at_rest {
+            let direction = -before[other].direction;
+            motion.dynamics.set_traction(other, Traction { direction, ..before[other] });
+        }
+        if !hold(motion, rtol, &at_rest) {
+            return Err(Status::FrictionIndeterminate);
+        }
     } else {
-        motion.dynamics.set_traction(index, Traction { direction: -traction.direction, ..traction });
+        // Nothing holds it: a drive, or the mechanism at a dead center of the joint, turns its motion back.
+        let direction = -before[index].direction;
+        motion.dynamics.set_traction(index, Traction { direction, ..before[index] });
     }
-    for (other, (before, stored)) in before.iter().zip(stored).enumerate() {
-        motion.work.dry_joints[other] += stored - motion.dynamics.dry_energy(other);
+    for (other, before) in before.iter().enumerate() {
         let after = motion.dynamics.tractions()[other];
         // Drives turn a motion back without sticking.
         if after.direction != before.direction && after.stiffness > 0.0 {
@@ -226,4 +221,5 @@ pub(crate) fn cross_dry_joint(
             log.events.push(Event { time, place: Place::DryJoint(other), kind, normal_velocity: 0.0 });
         }
     }
+    Ok(())
 }

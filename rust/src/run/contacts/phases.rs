@@ -7,7 +7,7 @@ use crate::integrators::events::Guard;
 use crate::integrators::{StateAt, Status};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::instant::Instant;
-use crate::run::contacts::dry_joints::{begin_dry_joints, cross_dry_joint, dry_guards};
+use crate::run::contacts::dry_joints::{begin_dry_joints, cross_dry_joint, dry_guard};
 use crate::run::contacts::guards::{GUARDS, StepDemands};
 use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::onset::{begin_contacts, onset};
@@ -132,8 +132,8 @@ impl<'a> Phases<'a> {
         if !self.sticking.is_empty() {
             sticking_guards(motion, &self.sticking, limits, (t, q, v), others);
         }
-        if dry_joints > 0 {
-            dry_guards(motion, limits, is_inside, (t, q, v), of_dry_joints);
+        for (index, of_joint) in of_dry_joints.iter_mut().enumerate() {
+            *of_joint = dry_guard(motion, limits, is_inside, index);
         }
     }
 
@@ -221,7 +221,8 @@ impl<'a> Phases<'a> {
             }
             Watched::Sticking(slot) => Ok(self.cross_stick(motion, slot, at)),
             Watched::DryJoint(joint) => {
-                cross_dry_joint(motion, &mut self.log, &self.tolerances, joint, (t, q, v));
+                let limits = (&self.tolerances, self.settings.rtol);
+                cross_dry_joint(motion, &mut self.log, limits, joint, (t, q, v))?;
                 Ok(Crossing { bound: f64::INFINITY, has_jump: true })
             }
         }
