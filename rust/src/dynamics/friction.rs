@@ -49,7 +49,8 @@ type Equation = (f64, f64, Vec<f64>);
 /// Friction in the ideal joints of a mechanism in one state.
 #[derive(Clone, Debug)]
 pub(super) struct Friction<'m> {
-    /// Whether each joint sticks or slides. Without stiffness its motion is prescribed by drives: it has a direction only.
+    /// Whether each joint sticks or slides. Springs give fractions: stiffness is in 1/rad or 1/m, damping in s/rad or s/m.
+    /// Without stiffness the motion is prescribed by drives: it has a direction only.
     tractions: Vec<Traction>,
     joints: &'m [DryJoint],
     other: &'m Reacting,
@@ -224,7 +225,7 @@ impl<'m> Friction<'m> {
             let size =
                 terms.fold(kept, |sum, (k, effort)| sum + effort.abs() * law.limit(self.influence(j, k)).0);
             let left = self.efforts[j] + fraction * limit;
-            (left, fraction.abs() * size, (0..count).map(slope).chain(pulling.iter().map(pull)).collect())
+            (left, size, (0..count).map(slope).chain(pulling.iter().map(pull)).collect())
         };
         let rest = |&p: &usize| {
             let (own, (left, size)) = (self.accelerance(p, p), self.accelerations(p));

@@ -1,0 +1,158 @@
+"""Several ideal joints with friction come to rest, hold and let go together: statics by linear programs."""
+
+import math
+
+import chebclear as cc
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+G = 9.81
+GROUND = {"o": (0.0, 0.0), "r": (0.3, 0.0)}
+PINS = {
+    "o": ("ground.o", "crank.a"),
+    "p": ("crank.b", "coupler.a"),
+    "q": ("coupler.b", "rocker.b"),
+    "r": ("ground.r", "rocker.a"),
+}
+#: Mass [kg] and half length [m].
+BARS = {"crank": (0.5, 0.05), "coupler": (1.0, 0.15), "rocker": (0.8, 0.11)}
+MU, RADIUS = 0.4, 0.015
+CIRCLE = MU / math.hypot(1.0, MU) * RADIUS
+ALIKE = dict.fromkeys(PINS, cc.laws.JournalFriction(MU, RADIUS))
+
+
+def four_bar(speed=0.0, torque=None, friction=ALIKE):
+    angles = (0.6, 0.5, 1.4)
+    bodies = [
+        cc.Body(name, mass, mass * half**2, points={"a": (-half, 0.0), "b": (half, 0.0)}, angle=angle)
+        for (name, (mass, half)), angle in zip(BARS.items(), angles, strict=True)
+    ]
+    joints = [cc.Revolute(name, *pin, friction=friction.get(name)) for name, pin in PINS.items()]
+    forces = [cc.Gravity((0.0, -G))]
+    if torque is not None:
+        forces.append(cc.Torque("motor", "crank", torque))
+    return cc.Scene(bodies, joints, forces, [], GROUND, [cc.JointStart("o", velocity=speed)])
+
+
+def test_pins_of_a_loop_come_to_rest_together():
+    ends = []
+    for method in ("dop853", "rodas5p", "auto", "adams"):
+        outputs = ["crank.angle", "crank.angular_velocity", "energy.balance", "energy.kinetic"]
+        run = cc.simulate(four_bar(8.0), duration=2.2, samples=441, outputs=outputs, rtol=1e-7, method=method)
+        sticks = [event for event in run.events if event.kind == "stick"]
+        # All four at one instant, for good.
+        assert [event.joint for event in run.events[-4:]] == ["o", "p", "q", "r"] and len(sticks) == 4
+        assert len({event.time for event in sticks}) == 1 and len(run.events) < 50
+        at_rest = run.t > sticks[0].time
+        assert at_rest.sum() > 50
+        assert np.abs(run["crank.angular_velocity"][at_rest]).max() < 1e-6
+        assert np.ptp(run["crank.angle"][at_rest]) < 1e-9
+        assert np.abs(run["energy.balance"]).max() < 1e-6 * run["energy.kinetic"].max()
+        ends.append((sticks[0].time, run["crank.angle"][-1]))
+    times, angles = np.transpose(ends)
+    assert np.ptp(times) < 1e-6 and np.ptp(angles) < 1e-5
+
+
+def largest_torque(places, sense):
+    """The torque on the crank that its pins just hold: linear programs, each with the circles of the last.
+
+    Unknown are the forces and the friction of the pins on the second body of each, and the torque.
+    """
+    names = list(BARS)
+    rows, right = np.zeros((9, 13)), np.zeros(9)
+    for k, (first, second) in enumerate(PINS.values()):
+        for end, sign in ((first, -1.0), (second, 1.0)):
+            body = end.split(".")[0]
+            if body == "ground":
+                continue
+            row = 3 * names.index(body)
+            arm = places[end] - places[body]
+            rows[row, 2 * k] += sign
+            rows[row + 1, 2 * k + 1] += sign
+            rows[row + 2, 2 * k : 2 * k + 2] += sign * np.array([-arm[1], arm[0]])
+            rows[row + 2, 8 + k] += sign
+    right[1::3] = [mass * G for mass, _ in BARS.values()]
+    rows[2, 12] = 1.0
+    limits = np.zeros(4)
+    for _ in range(60):
+        bounds = [(None, None)] * 8 + [(-limit, limit) for limit in limits] + [(None, None)]
+        cost = np.zeros(13)
+        cost[12] = -sense
+        found = linprog(cost, A_eq=rows, b_eq=right, bounds=bounds).x
+        limits = CIRCLE * np.hypot(found[0:8:2], found[1:8:2])
+    return float(found[12])
+
+
+@pytest.mark.parametrize("method", ["dop853", "rodas5p"])
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_four_bar_lets_go_at_the_torque_of_statics(sense, method):
+    outputs = [f"{body}.{axis}" for body in BARS for axis in ("x", "y", "angle")]
+    held = cc.simulate(four_bar(torque="0"), duration=1e-6, samples=2, outputs=outputs)
+    places = {"ground.o": np.array(GROUND["o"]), "ground.r": np.array(GROUND["r"])}
+    for body, (_, half) in BARS.items():
+        x, y, angle = (held[f"{body}.{name}"][0] for name in ("x", "y", "angle"))
+        axis = half * np.array([math.cos(angle), math.sin(angle)])
+        places |= {
+            body: np.array([x, y]),
+            f"{body}.a": np.array([x, y]) - axis,
+            f"{body}.b": np.array([x, y]) + axis,
+        }
+    low, high = largest_torque(places, -1.0), largest_torque(places, 1.0)
+    limit, rate = high if sense > 0.0 else low, 0.2 * sense * (high - low)
+    scene = four_bar(torque=f"{limit!r} + {rate!r}*(time - 0.1)")
+    outputs = ["crank.angular_velocity", "energy.balance"]
+    run = cc.simulate(scene, duration=0.4, samples=11, outputs=outputs, rtol=1e-7, method=method)
+    slips = run.events[:4]
+    assert [(event.joint, event.kind) for event in slips] == [(name, "slip") for name in PINS]
+    assert len({event.time for event in slips}) == 1
+    assert limit + rate * (slips[0].time - 0.1) == pytest.approx(limit, rel=1e-6)
+    assert sense * run["crank.angular_velocity"][-1] > 0.1
+
+
+@pytest.mark.parametrize(("driven", "held"), [("upper", "elbow"), ("lower", "shoulder")])
+def test_pins_of_a_chain_let_go_one_by_one(driven, held):
+    pin = cc.laws.JournalFriction(MU, RADIUS)
+    bodies = [
+        cc.Body(name, mass, 0.01, points={"a": (0.0, 0.1), "b": (0.0, -0.1)})
+        for name, mass in (("upper", 1.0), ("lower", 2.0))
+    ]
+    joints = [
+        cc.Revolute("shoulder", "ground.o", "upper.a", friction=pin),
+        cc.Revolute("elbow", "upper.b", "lower.a", friction=pin),
+    ]
+    # The shoulder carries both, the elbow the lower one alone.
+    limit = CIRCLE * G * (3.0 if driven == "upper" else 2.0)
+    forces = [cc.Gravity((0.0, -G)), cc.Torque("motor", driven, f"{limit!r} * (0.9 + time)")]
+    scene = cc.Scene(bodies, joints, forces, [], {"o": (0.0, 0.0)})
+    outputs = [f"{held}.sticking", f"{held}.angle"]
+    run = cc.simulate(scene, duration=0.15, samples=31, outputs=outputs, rtol=1e-8)
+    assert [(event.kind, event.joint) for event in run.events] == [
+        ("slip", scene.joints[driven == "lower"].name)
+    ]
+    assert run.events[0].time == pytest.approx(0.1, abs=1e-6)
+    assert run[f"{held}.sticking"].all() and np.ptp(run[f"{held}.angle"]) < 1e-7
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_random_pins_hold_or_end_typed(seed):
+    random = np.random.default_rng(seed)
+    dry = random.permutation(list(PINS))[: random.integers(2, 5)]
+    friction = {
+        name: cc.laws.JournalFriction(*map(float, random.uniform((0.05, 0.004), (0.6, 0.03)))) for name in dry
+    }
+    torque = f"{random.uniform(0.0, 1.0)} * sin({random.uniform(2.0, 10.0)} * time)"
+    scene = four_bar(float(random.uniform(-15.0, 15.0)), torque, friction)
+    ends = []
+    for method in ("dop853", "rodas5p"):
+        outputs = ["crank.angle", "energy.balance", "energy.kinetic"]
+        try:
+            run = cc.simulate(scene, duration=1.0, samples=101, outputs=outputs, method=method)
+        except cc.errors.SimulationError as error:
+            assert error.reason == "friction_indeterminate"
+            run = error.trajectory
+        whole = np.isfinite(run["crank.angle"])
+        assert len(run.events) < 100
+        assert np.abs(run["energy.balance"][whole]).max() < 2e-6 * run["energy.kinetic"][whole].max()
+        ends.append((whole.sum(), run["crank.angle"][whole][-1]))
+    assert ends[0] == pytest.approx(ends[1], abs=1e-4)
