@@ -53,11 +53,12 @@ def describe_scene(scene: Scene) -> str:
         lines += ["", f"ground: points [m] {_points(scene.ground)}"]
     lines += ["", "bodies", *_records(parts["bodies"], {}, ())]
     if facts is not None:
+        size = max((abs(number) for pose in facts.poses for number in pose[:2]), default=0.0) or 1.0
         poses = zip(facts.bodies, facts.poses, strict=True)
         lines += [
             "",
             "assembled at x, y [m], angle [rad]",
-            *_table([[name, *_pose(at)] for name, at in poses]),
+            *_table([[name, *_pose(at, size)] for name, at in poses]),
         ]
     floors = _floors(parts["joints"], facts)
     slides = {joint.name for joint in parts["joints"] if isinstance(joint, Prismatic)}
@@ -95,7 +96,7 @@ def _plural(name: str, count: int) -> str:
 
 def _number(value: Any) -> str:
     number = as_number(value)
-    return repr(value) if number is None else f"{number:.6g}"
+    return repr(value) if number is None else f"{number + 0.0:.6g}"  # -0 is 0
 
 
 def _vector(value: Any) -> str:
@@ -107,9 +108,10 @@ def _vector(value: Any) -> str:
     return f"({', '.join(shown)})"
 
 
-def _pose(pose: tuple[float, float, float]) -> list[str]:
+def _pose(pose: tuple[float, float, float], size: float) -> list[str]:
     """Without the rounding errors of the assembly."""
-    return [f"{round(number, 12) + 0.0:.6g}" for number in pose]
+    x, y, angle = pose
+    return [_number(round(value / of, 12) * of) for value, of in ((x, size), (y, size), (angle, 1.0))]
 
 
 def _points(points: Points) -> str:

@@ -85,6 +85,14 @@ def test_every_number_of_a_mechanism_is_described_with_a_unit():
         assert "?" not in text and "[N/m^1.5]" in text and "[m/s²]" in text
 
 
+def test_poses_are_shown_with_six_digits_at_any_size():
+    size = 1.234567e-6
+    tiny = cc.Body("tiny", 1.0, 1.0, points={"P": (-size, 0.0)})
+    text = cc.Scene([tiny], [cc.Revolute("pin", "ground.O", "tiny.P")], ground={"O": (0.0, 0.0)}).describe()
+    shown = text.split("assembled at")[1].splitlines()[1].split()
+    assert shown == ["tiny", "1.23457e-06", "0", "0"]
+
+
 def test_a_wrong_scene_is_described_with_all_its_problems():
     wrong = cc.Scene(
         [cc.Body("a", "heavy", 1.0), 3], [cc.Revolute("r", "ground", "a.Q"), 5], forces=7, drives=[None]
