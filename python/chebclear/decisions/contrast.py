@@ -30,10 +30,10 @@ from ..study.conforming import extremes_of, watching_for
 from ..study.requirements.exact import binomial_cdf, exact_interval
 from ..study.requirements.specification import Specification, checked_specifications
 from ..study.runner import Runner
+from ..study.sources.asked import units_of
 from ..study.sources.finished import FinishedRuns
 from ..study.sources.run_table import RunTable
 from ..study.sources.scenes import MOST_RUNS
-from ..study.sources.units import units_of
 from ..study.study import Study
 from .trace import made_at
 

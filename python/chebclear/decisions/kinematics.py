@@ -15,7 +15,7 @@ from ..run.simulation import simulate
 from ..run.trajectory import Trajectory
 from ..scene.parts import GROUND, ends_of, owner_of
 from ..scene.scene import ClearanceRevolute, Joint, JointStart, Prismatic, Revolute, Scene, Speed
-from ..study.sources.swept import SweptRun
+from ..study.sources.asked import SweptRun
 from .lost_motion import without_play
 
 _PIVOTS = (Revolute, ClearanceRevolute)

@@ -7,9 +7,9 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base.progress import Progress
+from ..base.rows import Array
 from ..errors import ChebclearError
 from ..run.notices import Notice
 from ..run.settings import Settings
@@ -20,8 +20,6 @@ from .memory import Usage, release, sample_array
 from .options import ExecutionOptions
 from .pieces import BRANCH, DONE, End, Order, Piece, code_version
 from .store import Store, run_key
-
-Array = NDArray[np.float64]
 
 # Notices of one run of `build` that keep their order before those of the simulation.
 _MOST_BUILT = 1_000_000

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.files import same
+from ..base.rows import Array
 from ..run.trajectory import Stats
-
-Array = NDArray[np.float64]
 
 STATS = tuple(item.name for item in dataclasses.fields(Stats))
 """Names of the counts of a run."""

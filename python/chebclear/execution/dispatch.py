@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from ..base.progress import Progress
 from ..errors import ChebclearError, error_text
-from .calls import Answers, Calls, call_order
+from .limited import Answers, Calls, call_order
 from .memory import threads_started
 from .pieces import DONE, NOT_BEGUN, End, Order, Piece, simulate_order
 from .store import Store

@@ -7,17 +7,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base.named import ReadOnlyDict
+from ..base.rows import Array
 from ..base.units import unit
 from ..errors import ChebclearError, Problem, SceneError, cut, describe, error_text
 from ..run.notices import Notice
 from .limited import CallError, TimeLimitError
 from .options import ExecutionOptions
 from .pieces import NOT_BEGUN, NOT_FINITE, SCENE, TIME_LIMIT, End
-
-Array = NDArray[np.float64]
 
 BUILD, MODEL, FEATURE = "build", "model", "feature"
 """Reasons of runs that failed in a callable of the user."""

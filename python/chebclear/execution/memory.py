@@ -13,11 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..base.rows import Array
 from ..errors import MemoryLimitError, StoreError
-
-Array = NDArray[np.float64]
 
 # What a study takes besides its samples [bytes], measured by `benchmarks/memory.py`: in any case; for each
 # run (its parameters, counts, end, features); for blocks of an output while polynomials or bands are made.

@@ -18,9 +18,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import _core
+from ..base.rows import Array
 from ..base.units import unit
 from ..errors import InputError, Problem, SettingsError
 from ..run.notices import Notice, as_plain
@@ -31,7 +31,6 @@ from .counts import STATS
 if TYPE_CHECKING:
     from .._core import _Runs
 
-Array = NDArray[np.float64]
 
 DONE = "done"
 SCENE, SETTINGS = "scene", "settings"

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base.arguments import Checks
 from ..errors import ArgumentError
@@ -27,8 +26,6 @@ from .results import StudyResult
 from .runner import Runner
 from .sources.finished import FinishedRuns
 from .sources.run_table import RunTable
-
-Array = NDArray[np.float64]
 
 LEAST_RUNS = 3
 """Runs of a band [-]."""

@@ -15,6 +15,7 @@ from ..base import files as records
 from ..base.arguments import Checks
 from ..base.named import is_pattern
 from ..base.progress import Progress, is_request, reporter
+from ..base.rows import Array
 from ..base.units import unit
 from ..data.dataset import Dataset, Variable
 from ..data.exports import Exports
@@ -30,7 +31,6 @@ from .spec import check_keywords, checked_fixed
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 GoOn = Callable[[float], None]
 Result = TypeVar("Result")
 

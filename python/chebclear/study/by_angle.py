@@ -7,7 +7,6 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base.arguments import Checks, did_you_mean
 from ..errors import ArgumentError
@@ -24,8 +23,6 @@ from .band.limits import physical_limits
 from .band.revolutions import Revolutions
 from .runner import Runner
 from .sources.run_table import RunTable
-
-Array = NDArray[np.float64]
 
 # Integrals over time, which grow from revolution to revolution.
 _SUMS = ("impact_loss", "friction_loss", "damping_loss", "wear", "input", "balance")

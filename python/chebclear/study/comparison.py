@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..base import files
 from ..base.arguments import Checks
 from ..base.named import Named
+from ..base.rows import Array
 from ..base.shown import shortened
 from ..base.units import unit
 from ..data.dataset import Dataset, numbered
@@ -25,8 +26,6 @@ from ..run.names import column_index
 from ..scene.scene import Interval
 from .band.band import Band
 from .results import StudyResult
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

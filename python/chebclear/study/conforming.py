@@ -13,6 +13,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks, meant_or_known
+from ..base.rows import Array
 from ..errors import ArgumentError, ArgumentTypeError
 from ..execution.failures import AllFailedError, count_failed
 from ..execution.pieces import NOT_BEGUN
@@ -31,17 +32,15 @@ from .requirements.exact import looks
 from .requirements.specification import ALL, Specification, checked_specifications
 from .results import StudyResult
 from .runner import Runner
-from .sources.asked import FeatureSpec, outputs_of, tracked_features
+from .sources.asked import FeatureSpec, outputs_of, tracked_features, units_of
 from .sources.finished import FinishedRuns
 from .sources.run_table import RunTable
 from .sources.scenes import MOST_RUNS
-from .sources.units import units_of
 from .spec import declared_order
 
 if TYPE_CHECKING:
     from .study import Study
 
-Array = NDArray[np.float64]
 
 # Runs of the first piece where failures end them.
 _FIRST_PIECE = 200

@@ -15,6 +15,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks
+from ..base.rows import Array
 from ..errors import ArgumentError
 from ..execution.counts import Costs
 from ..execution.dispatch import worker_count
@@ -36,8 +37,6 @@ from .sources.finished import FinishedRuns
 from .sources.run_table import RunTable
 from .sources.scenes import MOST_NODES, MOST_RUNS
 from .spec import check_runs, per_parameter
-
-Array = NDArray[np.float64]
 
 BAND_RUNS = 81
 """Runs of a band where time allows no more [-]."""

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field, replace
 from typing import cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..base.arguments import Checks, meant_or_known
+from ..base.rows import Array
 from ..base.shown import listed
 from ..errors import ArgumentError
 from ..execution.failures import FAILED, AllFailedError
@@ -18,8 +19,6 @@ from .runner import Runner
 from .sources.asked import FeatureSpec, outputs_of
 from .sources.finished import FinishedRuns
 from .sources.scenes import MOST_RUNS
-
-Array = NDArray[np.float64]
 
 
 @dataclass(eq=False, repr=False)

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 from typing import Any, Self, get_type_hints, overload
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base import files as records
 from ..base.named import Named
+from ..base.rows import Array
 from ..base.shown import listed
 from ..base.units import unit
 from ..data.dataset import Dataset
@@ -43,8 +43,6 @@ from .report.summary import summary
 from .requirements.conformance import Conformance
 from .sources.run_table import RunTable
 from .spec import StudySpec
-
-Array = NDArray[np.float64]
 
 # Fields that are those of the table of the runs.
 _OF_RUNS = ("stats", "notices", "settings", "scene", "nominal_parameters", "failures", "seconds")

@@ -8,11 +8,9 @@ from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..base.arguments import Checks
 from ..base.progress import Progress, is_request, reporter
+from ..base.rows import Array
 from ..errors import ArgumentError
 from ..execution.memory import SAMPLES_ALONE, Usage
 from ..execution.options import ExecutionOptions
@@ -23,12 +21,18 @@ from .band.requirement import Requirement, exact_runs
 from .polynomials.points import random_points, sobol_points
 from .requirements.draws import check_drawn
 from .requirements.specification import Specification, checked_specifications
-from .sources.asked import FeatureSpec, checked_features, tracked_features
+from .sources.asked import (
+    FeatureSpec,
+    checked_features,
+    checked_units,
+    known_units,
+    require_known,
+    tracked_features,
+)
 from .sources.finished import FinishedRuns
 from .sources.own import OwnModel, check_own_features, check_unused
 from .sources.run_table import RunTable
 from .sources.scenes import SceneRuns
-from .sources.units import checked_units, known_units, require_known
 from .spec import (
     StudySpec,
     check_keywords,
@@ -36,8 +40,6 @@ from .spec import (
     checked_intervals,
     returns_a_scene,
 )
-
-Array = NDArray[np.float64]
 
 MOST_PARAMETERS = 32
 """Parameters for which there are Sobol' points [-]."""

@@ -13,12 +13,12 @@ from importlib import import_module
 from typing import Any, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import mechanisms
 from ..base.arguments import Checks, did_you_mean, meant_or_known
 from ..base.files import same
 from ..base.named import ReadOnlyDict
+from ..base.rows import Array
 from ..base.shown import in_a_sentence
 from ..base.units import unit
 from ..errors import ArgumentError, ArgumentTypeError, Problem, SceneError, describe
@@ -32,8 +32,6 @@ from ..scene.schema import Part, read, write
 from .requirements.specification import Specification
 from .sources.asked import FeatureSpec
 from .sources.scenes import MOST_NODES, MOST_RUNS
-
-Array = NDArray[np.float64]
 
 MAX_RUNS = 20_000
 """Default limit of the runs of one call [-]: a minute or two for the paper's mechanism."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks, meant_or_known
 from ..base.named import Named
 from ..base.prefixes import format_quantity, format_range
+from ..base.rows import Array
 from ..base.shown import listed
 from ..base.units import unit as unit_of
 from ..errors import ArgumentError, UnknownNameError
@@ -31,13 +32,12 @@ from .band.revolutions import Revolutions
 from .bifurcation import GoOn, in_threads
 from .by_angle import crank_of, drives_of
 from .runner import Runner
-from .sources.units import known_units, units_of
+from .sources.asked import known_units, units_of
 from .spec import check_keywords
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 MOST_POINTS = 10_000
 # Equal pieces of the time of a revolution: where the speed varies, its ends are known to half of one.

@@ -20,7 +20,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear.execution import dispatch, limited
-from chebclear.execution.calls import call_order
+from chebclear.execution.limited import call_order
 from notices import codes
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")

@@ -405,12 +405,6 @@ class TestSimulations:
         with pytest.raises(ValueError, match="cannot be assembled"):
             cc.conformance(none, {"y": cc.require("y", below=5.0)}, 50)
 
-    def test_the_picture_has_the_limits(self):
-        found = cc.conformance(self.study(), {"x": cc.require("block.x", above="-103 mm", below=1)}, 50)
-        ax = found["x"].plot()
-        assert len(ax.lines) == 2 and "of 50 outside" in ax.get_title()
-        assert cc.plots.plot_share(found["x"], unit="mm").get_xlabel().endswith("[mm]")
-
 
 class TestBadInput:
     @pytest.mark.parametrize(

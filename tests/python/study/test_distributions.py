@@ -76,6 +76,7 @@ def test_quantiles_of_a_band():
     side = {"x": cc.lognormal(2.0, 0.2)}
     t = np.linspace(0.0, 1.0, 11)
     study = cc.Study(lambda x: {"t": t, "y": x * np.ones_like(t)}, side)
+    assert study.random == side and study.intervals == {"x": side["x"].interval}
     band = study.chebyshev(degree=2)["y"].quantiles(study.random, probability=0.9, draws=20_000)
     log = np.sqrt(np.log1p(0.01))
     # Two standard errors of the draws further out: 0.05 - 2 sqrt(0.05 * 0.95 / 20000) = 0.0469.

@@ -351,27 +351,6 @@ def test_results_that_cannot_be_compared_are_refused(chebyshev, scan):
             cc.compare(chebyshev, *wrong)
 
 
-def test_displacement_of_the_papers_case_study():
-    # Table 3: 0.08 and 0.22 %, at c = 0.02 mm with both lengths uncertain, over the second revolution. To
-    # more digits 0.078 and 0.219 %, which the ideal mechanism gives as well.
-    study = cc.Study(
-        cc.mechanisms.slider_crank,
-        {
-            "crank_length": cc.Interval.around(0.05, rel=0.10),
-            "rod_length": cc.Interval.around(0.12, rel=0.10),
-        },
-        outputs=["slider.x"],
-        duration=0.06,
-        samples=1441,
-        fixed={"convention": "as_printed", "impact_velocity_floor": 1e-6},
-    )
-    row = cc.compare(study.chebyshev(degree=3, bounds="eq31"), study.scan(10), start=0.03, end=0.06)[
-        "slider.x"
-    ]
-    assert 100.0 * row.lower == pytest.approx(0.078, abs=0.001)
-    assert 100.0 * row.upper == pytest.approx(0.219, abs=0.001)
-
-
 @pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 def test_a_band_that_is_widest_while_the_start_settles_says_so():
     side = {"crank_length": cc.Interval.around(0.05, rel=0.02)}

@@ -178,24 +178,6 @@ def test_variance_shares_in_closed_form():
     assert "uniform" in repr(shares)
 
 
-def test_variance_shares_of_random_polynomials_against_sampling():
-    rng = np.random.default_rng(5)
-    box = {name: cc.Interval(-1.0, 1.0) for name in "abc"}
-    surrogate = cc.results.Surrogate(box, (3, 2, 3), rng.normal(size=(48, 2)))
-    from chebclear.study.polynomials.sensitivity import variance_shares
-
-    shares = variance_shares(surrogate)
-    points, other = rng.uniform(-1.0, 1.0, (2, 40_000, 3))
-    value = surrogate.evaluate(dict(zip(box, points.T, strict=True)))
-    for axis, name in enumerate(box):
-        mixed = other.copy()
-        mixed[:, axis] = points[:, axis]
-        shared = surrogate.evaluate(dict(zip(box, mixed.T, strict=True)))
-        sampled = [np.cov(value[:, i], shared[:, i])[0, 1] / value[:, i].var() for i in range(2)]
-        # Standard deviation of such an estimate: 0.005 to 0.01.
-        np.testing.assert_allclose(shares.main[name], sampled, atol=0.04)
-
-
 def test_nothing_is_bounded_that_is_not_finite():
     surrogate = cc.results.Surrogate(
         {"a": cc.Interval(0.0, 1.0)}, (1,), np.array([[0.0, 1.0], [1.0, np.nan]])
@@ -267,26 +249,6 @@ def test_quantiles_at_the_worst_of_the_intervals():
         band.quantiles({"a": cc.uniform(2.0, 6.0)}, draws=159)
     with pytest.raises(cc.errors.ArgumentTypeError):
         band.quantiles({"a": cc.Interval(2.0, 6.0)})
-
-
-def test_a_study_of_random_parameters_and_intervals():
-    parameters = {"rod_length": cc.normal(0.12, 1e-4), "crank_length": cc.Interval.around(0.05, rel=0.01)}
-    study = cc.Study(
-        cc.mechanisms.slider_crank,
-        parameters,
-        ["slider.x"],
-        duration=0.015,
-        samples=31,
-        fixed={"clearance_at": ()},
-    )
-    assert study.intervals["rod_length"] == cc.Interval(0.12 - 3e-4, 0.12 + 3e-4)
-    assert study.random == {"rod_length": parameters["rod_length"]}
-    result = study.chebyshev(2)
-    found = result["slider.x"].quantiles(study.random, draws=20_000)
-    # At the start the slider is at crank + rod: the crank adds its ends to the quantiles of the rod.
-    assert 0.17 + 5e-4 + 1.96e-4 < found.upper[0] == pytest.approx(0.17 + 5e-4 + 1.96e-4, abs=1e-5)
-    assert 0.17 - 5e-4 - 1.96e-4 > found.lower[0] == pytest.approx(0.17 - 5e-4 - 1.96e-4, abs=1e-5)
-    assert np.all(result["slider.x"].lower <= found.lower) and np.all(found.upper <= result["slider.x"].upper)
 
 
 def test_quantiles_hold_where_a_polynomial_has_an_error():
@@ -463,20 +425,6 @@ def test_an_exact_polynomial_holds_in_corners_that_no_run_is_near():
         assert band.verdict == "resolved"
         np.testing.assert_allclose(band.lower, 0.0, atol=1e-9)
         np.testing.assert_allclose(band.upper, count * (1.0 + t), rtol=1e-6)
-
-
-def test_instants_at_which_an_interpolating_polynomial_is_off_are_told():
-    # It passes through its nodes: those that are left out tell.
-    t = np.linspace(0.0, 1.0, 51)
-    box = {"a": cc.Interval(-1.0, 1.0), "b": cc.Interval(-1.0, 1.0)}
-
-    def step(a, b):
-        return {"t": t, "y": np.where(t > 0.5 + 0.02 * a, 1.0, 0.0) + 0.5 * b}
-
-    band = cc.Study(step, box).chebyshev(degree=4)["y"]
-    assert band.verdict == "resolved"
-    with pytest.warns(cc.ChebclearWarning):
-        band.sensitivity("a")
 
 
 def test_tables_whose_nominal_run_is_elsewhere_are_not_doubted():

@@ -16,7 +16,7 @@ from ..axes import COLORS
 
 if TYPE_CHECKING:
     from ...run.trajectory import Trajectory
-    from ...study.sources.swept import SweptRun
+    from ...study.sources.asked import SweptRun
 
 Array = NDArray[np.float64]
 

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ...base import files as records
 from ...base.arguments import Checks
+from ...base.rows import Array
 from ...base.units import unit
 from ...errors import ArgumentError, warn
 from ...report import html
@@ -28,7 +29,6 @@ from .running import half_window, running_maximum
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 # An output rises or falls with a parameter if one over this part of the interval changes it beyond the error.
 _SURE = 4.0

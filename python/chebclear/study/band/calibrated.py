@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ... import _core
 from ...errors import ArgumentError
@@ -15,8 +14,6 @@ from ..sources.run_table import RunTable
 from .band import Band
 from .margin import Margin, Method
 from .requirement import Requirement
-
-Array = NDArray[np.float64]
 
 
 def calibrated_bands(

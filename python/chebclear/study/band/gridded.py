@@ -7,20 +7,17 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...base.rows import Array
 from ...errors import ArgumentError
 from ...execution.memory import extremes
 from ...scene.scene import Interval
-from ..polynomials.holes import HoleFit, fit_holes
-from ..polynomials.left_out import left_out_error
+from ..polynomials.holes import HoleFit, fit_holes, left_out_error
 from ..polynomials.points import nominal_point
 from ..polynomials.surrogate import BoundKind, Surrogate, time_blocks
 from ..sources.run_table import RunTable
 from .band import Band
 from .margin import RESOLVED, Margin, Verdict
-
-Array = NDArray[np.float64]
 
 
 def grid_bands(

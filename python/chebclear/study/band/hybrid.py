@@ -8,17 +8,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.random import Generator, default_rng
-from numpy.typing import NDArray
 
 from ... import _core
 from ...base import files as records
 from ...base.arguments import Checks, did_you_mean
+from ...base.rows import Array
 from ...base.units import unit
 from ...errors import ArgumentError
 from ...scene.distributions import Distribution, Lognormal, Normal, inside
 from ..polynomials.surrogate import Surrogate, time_blocks
-
-Array = NDArray[np.float64]
 
 # Number of polynomials in the interval parameters that are bounded at once: 64 MB at 16 terms.
 _AT_ONCE = 500_000

@@ -7,14 +7,12 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...base.rows import Array
 from ...base.units import unit
-from ..polynomials.left_out import left_out_error
+from ..polynomials.holes import left_out_error
 from ..polynomials.points import on_cube
 from ..polynomials.surrogate import Surrogate, chebyshev_grid, time_blocks
-
-Array = NDArray[np.float64]
 
 Method = Literal["polynomial", "envelope", "runs"]
 Verdict = Literal["resolved", "not resolved", "calibrated", "certified", "undersampled", "sampled"]

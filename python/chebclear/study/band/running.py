@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.arguments import as_number
+from ...base.rows import Array
 from ...errors import ArgumentError, ArgumentTypeError
-
-Array = NDArray[np.float64]
 
 
 def running_maximum(values: Array, half: int) -> Array:

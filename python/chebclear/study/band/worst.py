@@ -6,14 +6,12 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.named import ReadOnlyDict
+from ...base.rows import Array
 from ...base.units import unit
 from ...errors import describe
 from .band import Band
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

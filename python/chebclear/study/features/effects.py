@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 
 from ... import _core
 from ...base import files as records
+from ...base.rows import Array
 from ...errors import ArgumentError
 from ..polynomials.points import even_points
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 CONFIDENCE = 0.95
 """Confidence level of the intervals of estimates [-]."""

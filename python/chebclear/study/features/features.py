@@ -8,11 +8,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ...base import files as records
 from ...base.arguments import meant_or_known
 from ...base.named import Named
+from ...base.rows import Array
 from ...base.shown import listed
 from ...base.tables import format_ends
 from ...errors import ArgumentError, UnknownNameError, warn
@@ -22,8 +23,8 @@ from ...scene.distributions import Uniform
 from ...scene.scene import Interval
 from ..band.margin import percent
 from ..polynomials.points import nominal_point, on_cube, unfilled
+from ..sources.asked import units_of
 from ..sources.run_table import RunTable
-from ..sources.units import units_of
 from .effects import Effects, Fit, Model, find_effects, fits_of, model_of
 from .narrowing import find_narrowing
 from .ranking import Rank, Ranking
@@ -33,8 +34,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..runner import Runner
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.random import Generator, default_rng
 from numpy.typing import NDArray
 
+from ...base.rows import Array
 from ..polynomials.points import even_points
 from .effects import (
     CONFIDENCE,
@@ -23,7 +24,6 @@ from .effects import (
     legendre_terms,
 )
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 # Points of the box at which polynomials of resampled sets are evaluated.

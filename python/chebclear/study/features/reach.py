@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ... import _core
+from ...base.rows import Array
 from ...base.shown import Shown
 from ..band.margin import RESOLVED
 from ..band.requirement import tolerated_share
 from .effects import Fit, best_degree, fits_of, left_out
-
-Array = NDArray[np.float64]
 
 # Number of folds of the cross-validation: the share of runs in the interval made from the others.
 _FOLDS = 10

@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.arguments import Checks
+from ...base.rows import Array
 from ...base.units import unit
 from ...errors import ArgumentError
-
-Array = NDArray[np.float64]
 
 
 class OfSamples:

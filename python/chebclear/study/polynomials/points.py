@@ -8,12 +8,10 @@ from itertools import combinations
 
 import numpy as np
 from numpy.random import default_rng
-from numpy.typing import NDArray
 
 from ... import _core
+from ...base.rows import Array
 from ...scene.scene import Interval
-
-Array = NDArray[np.float64]
 
 CHECKS = 3
 """Runs beside a grid of Chebyshev roots that check its polynomials [-]. With three parameters, two of them

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base import files as records
+from ...base.rows import Array
 from ...base.shown import listed
 from .surrogate import Surrogate
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False, repr=False)

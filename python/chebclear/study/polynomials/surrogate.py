@@ -12,19 +12,18 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ... import _core
 from ...base import files as records
 from ...base.arguments import Checks, did_you_mean, meant_or_known
+from ...base.rows import Array
 from ...errors import ArgumentError, ArgumentTypeError
 from ...execution.options import MOST_THREADS
 from ...scene.scene import Interval
 
 if TYPE_CHECKING:
     from ..._core import _Ranges
-
-Array = NDArray[np.float64]
 
 
 def chebyshev_grid(intervals: Sequence[Interval], nodes: Sequence[int]) -> Array:

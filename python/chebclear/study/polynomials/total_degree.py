@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ... import _core
+from ...base.rows import Array
 from ...errors import ArgumentError
 from ...scene.scene import Interval
 from .surrogate import BoundKind, Surrogate, nominal_factors
@@ -17,7 +17,6 @@ from .surrogate import BoundKind, Surrogate, nominal_factors
 if TYPE_CHECKING:
     from ..._core import _Ranges
 
-Array = NDArray[np.float64]
 
 # Largest number of terms of a polynomial that is kept as a tensor, for which more methods exist; 1441 samples
 # then take 15 MB.

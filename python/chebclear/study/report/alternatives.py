@@ -9,9 +9,9 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.prefixes import format_quantity
+from ...base.rows import Array
 from ...errors import ChebclearError, ChebclearWarning
 from ...report.document import Block, Cell, Table, Text
 from ...run.simulation import simulate
@@ -23,8 +23,6 @@ from ..polynomials.surrogate import Surrogate
 if TYPE_CHECKING:
     from ..results import StudyResult
 
-
-Array = NDArray[np.float64]
 
 # A band of so few runs is judged by too few others [-].
 _LEAST_HALF = 8

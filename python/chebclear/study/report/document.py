@@ -8,7 +8,6 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.prefixes import format_exact, format_quantity
 from ...base.shown import in_a_sentence
@@ -40,7 +39,6 @@ if TYPE_CHECKING:
     from ..requirements.conformance import Conformance, Share
     from ..results import StudyResult
 
-Array = NDArray[np.float64]
 
 # Lines of the table of main numbers on the first screen; the details have the others.
 _MOST_LINES = 12

@@ -7,8 +7,8 @@ import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...base.rows import Array
 from ...errors import ChebclearError, ChebclearWarning
 from ...plots.animation.film import (
     MOST_FRAMES,
@@ -30,7 +30,6 @@ from ..band.band import Band
 if TYPE_CHECKING:
     from ..results import StudyResult
 
-Array = NDArray[np.float64]
 
 # Bands that can be shown [-]; all are among the details.
 _MOST_CHARTS = 12

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.shown import listed
 from ...base.tables import format_ends, format_table
@@ -23,8 +22,6 @@ from .extent import asked_end, sampled_end
 if TYPE_CHECKING:
     from ..results import StudyResult
 
-
-Array = NDArray[np.float64]
 
 # Most outputs and parameters that are listed one by one.
 _MOST_LINES = 20

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base import files as records
 from ...base.named import Named
+from ...base.rows import Array
 from ...base.shown import listed
 from ...report import html
 from ...report.document import Table
@@ -21,7 +21,6 @@ from .specification import Specification
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Array = NDArray[np.float64]
 
 # Runs from which the quantile of 99.865 % of a process has an interval: 1 - 0.99865^n - n (1 - 0.99865)
 # 0.99865^(n - 1) is 0.95 for them, see `tolerated_share`.

@@ -7,14 +7,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.random import default_rng
-from numpy.typing import NDArray
 
 from ...base.arguments import Checks
+from ...base.rows import Array
 from ...scene.distributions import Distribution
 from ...scene.scene import Interval
 from ..polynomials.points import sobol_points
-
-Array = NDArray[np.float64]
 
 MOST_INTERVALS = 6
 """Most parameters that are only known as intervals [-]: their corners are two to this power."""

@@ -1,23 +1,72 @@
-"""What is taken from every run as a feature: features of the core, and functions of the user's own."""
+"""What is taken from every run: features of the core, functions of the user's own, and their units."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ...base.arguments import Checks, as_number
+from ...base.arguments import Checks, as_number, meant_or_known
+from ...base.rows import Array
 from ...errors import ArgumentError, ArgumentTypeError, describe
 from ...run.features import Feature
+from ...run.names import column_index
 from ...run.notices import Notice
 from ...run.settings import Settings
+from ...run.signals.signals import WithSignals
+from ...run.simulation import run_scene
 from ...run.tracking import settling_time
+from ...run.trajectory import Stats, Trajectory
 from ...scene.scene import Scene
-from .swept import SweptRun
 
-Array = NDArray[np.float64]
+
+class SweptRun(WithSignals):
+    """A run of a study with the interface of a `Trajectory`, a mapping from the names of the columns too.
+
+    Samples, parameters and work of the run are available. Contacts, events, peaks and all else of a
+    `Trajectory` are not kept by a study: the first access to them repeats the run with the same steps.
+    """
+
+    def __init__(
+        self, scene: Scene, settings: Settings, t: Array, columns: Sequence[str], samples: Array, stats: Stats
+    ) -> None:
+        self.scene = scene
+        self.settings = settings
+        self.t = t
+        self.columns = tuple(columns)
+        self.samples = samples
+        self.stats = stats
+        self.status = "done"
+        self.success = True
+
+    def __repr__(self) -> str:
+        return f"<run of a study: {len(self.columns)} columns of {len(self.t)} samples>"
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return self.columns
+
+    def _entry(self, name: str) -> Array:
+        return self.samples[:, column_index(self.columns, name, self.scene)]
+
+    def to_dict(self) -> dict[str, Array]:
+        """``t`` and all columns by name."""
+        return {"t": self.t, **{name: self[name] for name in self.columns}}
+
+    @cached_property
+    def whole(self) -> Trajectory:
+        """The run simulated once more."""
+        return run_scene(self.scene, self.settings)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return getattr(self.whole, name)
+
+
 FeatureSpec = Feature | Callable[[Any], ArrayLike]
 
 # Features with the times of the extrema of a feature.
@@ -138,3 +187,54 @@ def called(name: str, function: Callable[[Any], ArrayLike], run: Any, cycles: in
     if not np.all(np.isfinite(array)):
         raise ArgumentError(f'feature "{name}" must be finite, got {value!r}')
     return array.astype(float)
+
+
+def checked_units(checks: Checks, units: object) -> dict[str, str]:
+    """Units by name; whether there are such names is known later."""
+    if units is None:
+        return {}
+    if not isinstance(units, Mapping):
+        checks.add(f"units must map names to units, got {units!r}", wrong_type=True)
+        return {}
+    for name, unit in units.items():
+        if not isinstance(unit, str) or not unit.strip():
+            what = 'a text such as "mm", or "-" for a number without a unit'
+            checks.add(f'units["{name}"] must be {what}, got {unit!r}', wrong_type=not isinstance(unit, str))
+    return {str(name): str(unit) for name, unit in units.items()}
+
+
+def known_units(build: object, names: Iterable[str]) -> dict[str, str]:
+    """Units of parameters that their mechanism knows, as the ready-made ones and scene files do."""
+    unit_of = getattr(build, "unit_of", None)
+    units = {name: unit_of(name) for name in names} if callable(unit_of) else {}
+    return {name: unit for name, unit in units.items() if unit}
+
+
+def require_known(
+    checks: Checks, with_unit: Iterable[str], known: Sequence[str], *, simulated: bool = False
+) -> None:
+    """Refuse units of names that a study does not have."""
+    for name in with_unit:
+        if name not in known:
+            hint = meant_or_known(name, known)
+            what = "parameter or feature" if simulated else "parameter, output or feature"
+            own = "; outputs of simulations have their units" if simulated else ""
+            checks.add(f'units names no {what} with "{name}"{own}{hint}')
+
+
+def units_of(
+    names: Iterable[str], asked: Mapping[str, FeatureSpec], given: Mapping[str, str], *, simulated: bool
+) -> tuple[str, ...]:
+    """Unit of each feature by its name; empty where none is known, as of the results of callables.
+
+    Outputs of a model of the user's own have the given units, whatever their names.
+    """
+    found = []
+    for name in names:
+        feature = asked.get(name)
+        if isinstance(feature, Feature):
+            own = feature.unit if simulated else feature.unit_with(given.get(feature.of, ""))
+        else:
+            own = ""
+        found.append(given.get(name, own))
+    return tuple(found)

@@ -11,15 +11,13 @@ import numpy as np
 
 from ...base.progress import Progress
 from ...errors import SimulationError, describe
-from ...execution.archive import KEY_BYTES
-from ...execution.calls import Answers, Calls
 from ...execution.counts import STATS
 from ...execution.dispatch import CallingThread, ExecutorWorkers, Source, Task
 from ...execution.failures import FEATURE, MODEL, FailedRun, end_of, require_success
-from ...execution.limited import TimeLimitError
+from ...execution.limited import Answers, Calls, TimeLimitError
 from ...execution.options import ExecutionOptions
 from ...execution.pieces import DONE, NOT_BEGUN, End, Piece, code_version
-from ...execution.store import Store
+from ...execution.store import KEY_BYTES, Store
 from .returned import ReturnedRun, read_run, require_same
 
 if TYPE_CHECKING:

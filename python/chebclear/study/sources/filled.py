@@ -8,13 +8,11 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.arguments import Checks
+from ...base.rows import Array
 from ...scene.scene import Interval
 from ..polynomials.points import on_cube, unfilled
-
-Array = NDArray[np.float64]
 
 # Largest difference of a parameter from that of a copy, over half the interval, and of values over the range
 # of all runs: rounding alone, since of 2000 random values of one parameter two may be within 1e-6.

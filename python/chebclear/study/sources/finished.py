@@ -7,21 +7,19 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.arguments import Checks, meant_or_known
+from ...base.rows import Array
 from ...errors import ArgumentError, describe
 from ...run.features import Feature
 from ...run.notices import Notice
 from ...scene.scene import Interval
 from ..polynomials.points import is_grid, nominal_point, on_cube
+from .asked import checked_units, require_known
 from .filled import copies_of, left_out, spread
 from .own import check_own_features, sampled_feature
 from .returned import time_axis
 from .run_table import RunTable
-from .units import checked_units, require_known
-
-Array = NDArray[np.float64]
 
 # Largest difference of a parameter from that of a run of a table, over half the interval, for the same point.
 _SAME_POINT = 1e-6

@@ -11,9 +11,9 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.arguments import Checks, did_you_mean
+from ...base.rows import Array
 from ...errors import ArgumentError, describe
 from ...execution.failures import failure_notices
 from ...execution.limited import LimitedCalls
@@ -22,17 +22,14 @@ from ...run.features import JOINT_KINDS, Feature
 from ...run.notices import Notice
 from ...run.settings import RunOptions
 from ..polynomials.points import nominal_point
-from .asked import FeatureSpec, called
+from .asked import FeatureSpec, called, require_known
 from .calling import Calling, call_model
 from .reached import model_facts
 from .returned import ReturnedRun
 from .run_table import RunTable
-from .units import require_known
 
 if TYPE_CHECKING:
     from ..runner import Runner
-
-Array = NDArray[np.float64]
 
 
 def sampled_feature(feature: Feature, t: Array, values: Array, cycles: int) -> Array:

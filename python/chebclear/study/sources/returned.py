@@ -7,14 +7,12 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...base.arguments import Checks, as_number
+from ...base.rows import Array
 from ...errors import ArgumentError, ArgumentTypeError, cut
 from ...execution.failures import NotFiniteError
 from ...scene.scene import Scene
-
-Array = NDArray[np.float64]
 
 # Largest relative difference of the steps of the time axis, by rounding in text files.
 _EVEN = 1e-3

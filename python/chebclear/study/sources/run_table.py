@@ -9,14 +9,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...base.rows import Array
 from ...base.units import unit
 from ...execution.counts import Costs
 from ...execution.failures import FailedRun
 from ...run.notices import Notice
 from ...run.settings import Settings
 from ...scene.scene import Scene
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

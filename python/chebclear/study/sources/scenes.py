@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...base.progress import Progress
+from ...base.rows import Array
 from ...errors import ChebclearWarning, InputError, Problem, SceneError, SettingsError, SimulationError
 from ...execution.batch import Batch, Built, RefusedRunError
 from ...execution.counts import Costs
@@ -35,14 +36,12 @@ from ...run.notices import Notice
 from ...run.settings import Settings
 from ...scene.scene import Scene
 from ...scene.structure import FlatScene, ManyScenes, Structure, Structures, number_at, unpacked
-from .asked import feature_values, settling_notices
+from .asked import SweptRun, feature_values, settling_notices
 from .run_table import RunTable
-from .swept import SweptRun
 
 if TYPE_CHECKING:
     from ..runner import Runner
 
-Array = NDArray[np.float64]
 Many = Callable[[Structure, Sequence[float], Mapping[str, Array]], tuple[Array, NDArray[np.bool_]]]
 """Numbers of the scenes of many runs from one of them and the parameters that change; see `ManyScenes`."""
 
