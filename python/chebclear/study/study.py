@@ -34,14 +34,14 @@ from .runner import checked_runner
 from .sources.asked import FeatureSpec
 from .sources.finished import FinishedRuns, finished_runs
 from .spec import MAX_RUNS
-from .sweep import WithSweep
+from .sweep import Sweep, sweep_of
 
 _DESIGNS: dict[str, Callable[..., Design]]
 _DESIGNS = {name: getattr(designs, name) for name in ("band", "chebyshev", "scan", "sample")}
 
 
 @with_settings(RunOptions)
-class Study(WithSweep):
+class Study:
     """A mechanism, or a model of your own, whose parameters are known to lie in intervals.
 
     Parameters
@@ -49,8 +49,7 @@ class Study(WithSweep):
     build : callable
         Called as ``build(**parameters, **fixed)`` with physical values; returns the scene. Without `duration`
         and `samples`, unless its annotation says that it returns a scene, it is a model of your own and
-        returns a mapping: equally spaced instants as ``"t"``, arrays of as many values for outputs, numbers
-        for features. Such a model may return numbers alone.
+        returns a mapping: equally spaced instants as ``"t"`` with arrays for outputs, numbers for features.
     parameters : mapping of str to Interval or Distribution
         Interval of each uncertain parameter [SI units]. The interval of a `normal` or `lognormal`
         distribution is three standard deviations to either side, that of the others their whole range;
@@ -68,46 +67,38 @@ class Study(WithSweep):
         Threads to simulate on [-], at most 1024; all processors if not given, one for each piece given to an
         executor. The results are the same bits for any number.
     progress : True or callable, optional
-        True shows a bar, or lines where standard error is no terminal; a callable gets the runs done and the
-        runs in all.
+        True shows a bar, or lines; a callable gets the runs done and the runs in all.
     executor : concurrent.futures.Executor, optional
-        Runs are simulated there instead of on threads of this process; a model of your own is called there
-        instead of one run after the other.
+        Where runs are made instead of on threads of this process, or one after the other.
     features : mapping of str to Feature or callable, optional
         Scalar results of every run by name, such as ``{"peak": features.peak("wrist.normal_force")}``. They
         are taken from the continuous motion, so that `outputs` may be empty; for a model of your own, from
         the samples. A callable gets every run, as `simulate` returns it, and returns a number, or one for
         each cycle. Samples are available to it at once; contacts, peaks and other results of the continuous
-        motion need the run to be repeated. For a model of your own it gets a dictionary of the instants
-        ``"t"``, arrays and numbers that the model returned.
+        motion need the run to be repeated. For a model of your own it gets what the model returned.
     units : mapping of str to str, optional
-        Units by the names of parameters, of features that callables return, and, for a model of your own, of
-        everything it returns, such as ``{"stiffness": "N/m", "x": "m"}``. Nothing is converted. Outputs of
-        simulations, and parameters of ready-made mechanisms and scene files, have their units already.
+        Units of parameters, of features that callables return, and of all that a model of your own returns,
+        such as ``{"stiffness": "N/m"}``. Nothing is converted. Outputs of simulations, and parameters of
+        ready-made mechanisms and scene files, have their units already.
     store : path, optional
-        Folder that keeps every finished run; created if it does not exist. An interrupted study continues
-        from there with exactly the same result, and a later study of the mechanism simulates only new runs.
-        For a model of your own, everything that the function can reach is compared, but not files that it
-        reads.
+        Folder that keeps every finished run. An interrupted study continues from there with exactly the same
+        result, and a later study of the mechanism simulates only new runs. For a model of your own,
+        everything that the function can reach is compared, but not files that it reads.
     version : str, optional
         For a model of your own with a store: stands for the function and everything that it uses. The store
         then compares this text and the data in `fixed`, so give another one whenever the model is another.
     on_failure : {"collect", "raise"}
-        Treatment of failed runs. ``"collect"`` repeats simulations once with tighter tolerances, then
-        collects failed runs in `StudyResult.failures`; results are made without them, and their verdicts
-        account for the gaps. ``"raise"`` raises for the first failure. A failure of the nominal run, or of
-        more than half of the runs, always raises.
+        ``"collect"`` repeats failed simulations once with tighter tolerances, then collects them in
+        `StudyResult.failures`; verdicts account for the gaps. ``"raise"`` raises for the first failure. That
+        of the nominal run, or of more than half of the runs, always raises.
     run_seconds : float, optional
-        Time limit of a simulation [s], also of a call of `build`, of a feature, or of
-        a model of your own; beyond it the run has failed. A call that does not release the interpreter, as in
-        compiled code, ends only with its worker in a process pool.
+        Time limit of a simulation or a call [s]; beyond it the run has failed. A call that does not release
+        the interpreter, as in compiled code, ends only with its worker in a process pool.
     max_seconds : float, optional
-        Time after which no further runs are started [s]. The result is made from the finished runs;
-        its `status` is then ``"stopped"``, and its verdicts hold for these runs.
+        Time after which no further runs are started [s]; the `status` of the result is then ``"stopped"``.
     in_memory : bool
-        If False, the samples of all runs are in a file in the folder of the store, which the system reads as
-        they are needed; for more runs than fit into the memory. The file disappears with the result. Not for
-        a model of your own.
+        If False, the samples of all simulated runs are in a file beside the store, for more runs than fit
+        into the memory. The file disappears with the result.
     requirements : Specification, or sequence or mapping of them by name, optional
         Limits made by `require`, answered first: `StudyResult.conformance` has the shares, of the runs if
         these are independent and all parameters `uniform`, else of as many drawn from the distributions.
@@ -203,8 +194,7 @@ class Study(WithSweep):
         bounds : {"range", "eq31"}
             The certified range of each polynomial, up to degree 30; or Eq. (31) of the paper, which is wider.
         max_runs : int
-            Largest number of runs on the roots; with more, no run is started [-]. Five parameters may need
-            100 000.
+            Largest number of runs on the roots; with more, no run is started [-].
 
         Returns
         -------
@@ -212,12 +202,8 @@ class Study(WithSweep):
 
         Raises
         ------
-        SceneError
-            If a scene is wrong; the parameters of the run are in the path of each problem.
-        SimulationError
-            If a run fails; it names the parameters, and there is no result.
-        MemoryError
-            If the samples do not fit into the memory.
+        SceneError, SimulationError, MemoryError
+            If a scene is wrong, a run fails, with its parameters, or the samples do not fit into the memory.
         ValueError, TypeError
             If an argument is wrong; all problems are listed.
         """
@@ -233,8 +219,7 @@ class Study(WithSweep):
             runs is their product, at most 1 000 000, and one at the midpoint that does not count for the
             bounds.
         max_runs : int
-            Largest number of runs on the grid; with more, no run is started [-]. Ten points of five
-            parameters are 100 000.
+            Largest number of runs on the grid; with more, no run is started [-].
 
         Returns
         -------
@@ -291,17 +276,15 @@ class Study(WithSweep):
             Seed of the points, 0 to 2**64 - 1; a generator draws one, None stands for a fresh one. The
             result keeps the seed, with which it repeats exactly on any number of threads.
         include : StudyResult or sequence of StudyResult, optional
-            Results of the same study whose runs are included. They take part in all bands but are not
-            held out, since their points may lie on a grid; for the same reason features of all runs then
-            state nothing about a further run. Runs at points that the band has already are left out.
+            Results of the same study whose runs take part in all bands. They are not held out, since their
+            points may lie on a grid, and features of all runs then state nothing about a further run.
         max_runs : int
             Largest number of runs; with more, no run is started [-].
         revolutions : int, optional
             Revolutions of every run [-] for bands by crank angle; the `samples` of the study are then those
-            of one revolution. With a drive at constant speed the duration follows from them, in place of
-            `skip` and `duration` of the study. If the speed is a parameter, or a torque drives the crank, the
-            angle of every run is measured: outputs are interpolated between samples at most half a step
-            apart. A torque drive needs a `duration` in which every run completes all of them.
+            of one revolution. With a drive at constant speed the duration follows from them. If the speed is
+            a parameter, or a torque drives the crank, the angle of every run is measured. A torque drive
+            needs a `duration` in which every run completes all of them.
         discard : int, optional
             First revolutions that are not pooled [-], for the starting transient to decay; 1 by default.
         angle : str, optional
@@ -326,18 +309,14 @@ class Study(WithSweep):
     def sample(self, runs: int = 81, *, rng: int | Generator | None = 0) -> StudyResult:
         """Simulate at independent, uniformly distributed random points of the box, as for features.
 
+        Bands are the extremes of the runs. Errors are those of `chebyshev`.
+
         Parameters
         ----------
         runs : int
-            Number of runs [-], at least 2 and at most 1 000 000, in addition to one at the midpoint. Ignored
-            for a table of finished runs, of which all are used.
+            Number of runs [-], 2 to 1 000 000, and one at the midpoint; a table has all it has.
         rng : int, numpy.random.Generator or None
             As of `band`.
-
-        Returns
-        -------
-        StudyResult
-            Its bands are the extremes of the runs. Errors are those of `chebyshev`.
         """
         return self._made(designs.sample, runs, rng, own=True)
 
@@ -351,10 +330,54 @@ class Study(WithSweep):
 
         Raises
         ------
-        SceneError, SimulationError, ValueError, TypeError
+        ValueError, SceneError, SimulationError
             If the study has no such feature or has cycles, or its nominal run fails.
         """
         return function_of(self.runner, features)
+
+    def sweep(
+        self,
+        parameter: str,
+        lower: float | str,
+        upper: float | str,
+        points: int = 41,
+        *,
+        revolutions: int = 20,
+        discard: int = 10,
+        angle: str | None = None,
+    ) -> Sweep:
+        """The settled motion over one parameter, such as the speed: the features of every revolution.
+
+        All other parameters are at their nominal values; every run begins at its assembled start. Runs are
+        made in threads of this process, and no store keeps them. Values are NaN where a run failed; notices
+        name failed runs and features that have not settled. Errors are those of `chebyshev`.
+
+        Parameters
+        ----------
+        parameter : str
+            Name of a keyword of the mechanism; it need not be a parameter of the study.
+        lower, upper : float or str
+            First and last value [SI unit], or with a unit, such as ``"3000 rpm"``.
+        points : int
+            Number of equally spaced values [-], 3 to 10 000.
+        revolutions : int
+            Revolutions of each run whose features are found [-], at least 8.
+        discard : int
+            Revolutions before them, for the starting transient to decay [-].
+        angle : str, optional
+            Name of the revolute joint whose revolutions count, as of `band`. Where the speed varies within a
+            turn, the angle is measured, and the `duration` must be long enough for all revolutions.
+
+        Examples
+        --------
+        >>> import chebclear as cc
+        >>> box = {"crank_length": cc.Interval.around(0.05, rel=0.01)}
+        >>> stroke = {"stroke": cc.features.peak_to_peak("slider.x")}
+        >>> study = cc.Study(cc.mechanisms.slider_crank, box, features=stroke, duration=1.0, samples=2)
+        >>> study.sweep("crank_speed", "60 rpm", "600 rpm", 3, revolutions=8, discard=0)
+        <Sweep of stroke over crank_speed: 3 values from 6.28319 to 62.8319>
+        """
+        return sweep_of(self.runner, parameter, lower, upper, points, revolutions, discard, angle)
 
     def worst_cases(self, result: StudyResult) -> tuple[WorstCase, ...]:
         """Runs at the worst cases that the polynomials of a result predict; see `StudyResult.check`."""
@@ -380,15 +403,9 @@ class Study(WithSweep):
         method : {"band", "chebyshev", "scan", "sample"}
             The method.
         probes : int, optional
-            Runs that are made to find out [-]. If not given, 12 and at least 4 for each worker, then four
-            times as many until they take half a second or are a quarter of the study.
+            Runs that are made to find out [-]; if not given, until they take half a second.
         **arguments
             Its arguments.
-
-        Raises
-        ------
-        ValueError, TypeError
-            If the study is one of finished runs, or an argument is wrong.
 
         Examples
         --------
@@ -445,17 +462,13 @@ class Study(WithSweep):
             which become features.
         intervals : mapping of str to Interval, optional
             Interval of each parameter; by default the span of its values in the runs.
-        features : mapping of str to Feature, optional
-            Features of the samples, such as ``{"peak": cc.features.peak("force")}``.
-        cycles : int
-            Equal pieces of the time, each with features of its own [-].
+        features, cycles : optional
+            Features of the samples, and equal pieces of the time that have each their own, as of `Study`.
         independent : bool
             Whether the runs were drawn independently and uniformly from the box. Only then their hull proves
             what `band` says, and the probability that a further run stays inside is defined.
-        units : mapping of str to str, optional
-            Units of parameters, outputs and features by name, such as ``{"stiffness": "N/m", "x": "m"}``.
-        threads : int, optional
-            Threads for the bands [-], at most 1024; all processors if not given.
+        threads, units : optional
+            As of `Study`.
 
         Raises
         ------
@@ -473,16 +486,7 @@ class Study(WithSweep):
         >>> Study.from_runs({"stiffness": stiffness}, t, {"x": x}).band()["x"].verdict
         'resolved'
         """
-        table = finished_runs(
-            parameters,
-            t,
-            values,
-            intervals=intervals,
-            features=features,
-            cycles=cycles,
-            independent=independent,
-            units=units,
-        )
+        table = finished_runs(parameters, t, values, intervals, features, cycles, independent, units)
         study = cls(table.run, table.intervals, threads=threads)
         study.runner = replace(study.runner, model=table, units=dict(units or {}), table=True)
         return study

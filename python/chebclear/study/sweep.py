@@ -227,120 +227,72 @@ def _fall(values: Array, sizes: Array, peak: float) -> float | None:
     return float(np.interp(-math.sqrt(0.5) * peak, -sizes[last - 2 : last], values[last - 2 : last]))
 
 
-class WithSweep:
-    """Base of studies, which can be swept over a parameter."""
+def sweep_of(
+    runner: Runner,
+    parameter: str,
+    lower: float | str,
+    upper: float | str,
+    points: int,
+    revolutions: int,
+    discard: int,
+    angle: str | None,
+) -> Sweep:
+    """The sweep of `Study.sweep`; see there."""
+    settings = runner.settings
+    if settings is None:
+        raise ArgumentError("a sweep needs scenes: a model of your own has no revolutions")
+    checks = Checks()
+    fixed = {name: one for name, one in runner.fixed.items() if name != parameter}
+    if isinstance(parameter, str):
+        check_keywords(checks, runner.build, {**runner.intervals, parameter: None}, fixed)
+    else:
+        checks.add(f"parameter must name a keyword of build, got {parameter!r}", wrong_type=True)
+    count = checks.whole("points", points, least=3, most=MOST_POINTS)
+    kept = checks.whole("revolutions", revolutions, least=_LEAST_TURNS)
+    skipped = checks.whole("discard", discard, least=0)
+    asked = [one for one in runner.features.values() if isinstance(one, Feature) and one.unit != "s"]
+    if not asked or len(asked) < len(runner.features):
+        checks.add("a sweep needs features of a revolution, such as the peak of an output, and no others")
+    checks.finish()
+    unit = (known_units(runner.build, [parameter]) | dict(runner.units)).get(parameter, "")
+    box = Interval(lower, upper)  # type: ignore[arg-type] # numbers once made
+    at = np.linspace(box.lower, box.upper, count)
+    source = replace(runner, fixed=fixed)
+    scenes = [source.scene({**runner.nominal, parameter: value}) for value in at.tolist()]
+    crank = crank_of(checks, scenes[0], angle)
+    checks.finish()
+    joints = scenes[0].check().clearance_joints
+    wanted = [*asked, *(Feature("contact_share", joint) for joint in joints)]
+    tracked = replace(settings, outputs=(), features=_tracked(wanted), cycles=1).for_scene(scenes[0])
 
-    runner: Runner
+    def found_at(index: int, go_on: GoOn) -> _Turned:
+        try:
+            return _revolutions(scenes[index], tracked, wanted, crank, kept, skipped, go_on)
+        except _Failed as error:
+            nothing = np.full((kept, len(wanted)), np.nan)
+            return _Turned(nothing, np.nan, (Notice(FAILED, str(error)),))
 
-    def sweep(
-        self,
-        parameter: str,
-        lower: float | str,
-        upper: float | str,
-        points: int = 41,
-        *,
-        revolutions: int = 20,
-        discard: int = 10,
-        angle: str | None = None,
-    ) -> Sweep:
-        """The settled motion over one parameter, such as the speed: the features of every revolution.
-
-        All other parameters are at their nominal values; every run begins at its assembled start.
-
-        Parameters
-        ----------
-        parameter : str
-            Name of a keyword of the mechanism; it need not be a parameter of the study.
-        lower, upper : float or str
-            First and last value [SI unit], or with a unit, such as ``"3000 rpm"``.
-        points : int
-            Number of equally spaced values [-], 3 to 10 000.
-        revolutions : int
-            Revolutions of each run whose features are found [-], at least 8.
-        discard : int
-            Revolutions before them, for the starting transient to decay [-].
-        angle : str, optional
-            Name of the revolute joint whose revolutions count; that of the only drive at constant speed if
-            not given. Where the speed varies within a turn, the angle is measured, and the `duration` of the
-            study must be long enough for all revolutions.
-
-        Returns
-        -------
-        Sweep
-            NaN where a run failed. Its `notices`, also issued as warnings, name failed runs and features that
-            have not settled. Runs are made in threads of this process, and no store keeps them.
-
-        Raises
-        ------
-        SceneError
-            If a scene is wrong.
-        ValueError, TypeError
-            If an argument is wrong, or the study has no features of a revolution.
-
-        Examples
-        --------
-        >>> import chebclear as cc
-        >>> box = {"crank_length": cc.Interval.around(0.05, rel=0.01)}
-        >>> stroke = {"stroke": cc.features.peak_to_peak("slider.x")}
-        >>> study = cc.Study(cc.mechanisms.slider_crank, box, features=stroke, duration=1.0, samples=2)
-        >>> study.sweep("crank_speed", "60 rpm", "600 rpm", 3, revolutions=8, discard=0)
-        <Sweep of stroke over crank_speed: 3 values from 6.28319 to 62.8319>
-        """
-        runner, settings = self.runner, self.runner.settings
-        if settings is None:
-            raise ArgumentError("a sweep needs scenes: a model of your own has no revolutions")
-        checks = Checks()
-        fixed = {name: one for name, one in runner.fixed.items() if name != parameter}
-        if isinstance(parameter, str):
-            check_keywords(checks, runner.build, {**runner.intervals, parameter: None}, fixed)
-        else:
-            checks.add(f"parameter must name a keyword of build, got {parameter!r}", wrong_type=True)
-        count = checks.whole("points", points, least=3, most=MOST_POINTS)
-        kept = checks.whole("revolutions", revolutions, least=_LEAST_TURNS)
-        skipped = checks.whole("discard", discard, least=0)
-        asked = [one for one in runner.features.values() if isinstance(one, Feature) and one.unit != "s"]
-        if not asked or len(asked) < len(runner.features):
-            checks.add("a sweep needs features of a revolution, such as the peak of an output, and no others")
-        checks.finish()
-        unit = (known_units(runner.build, [parameter]) | dict(runner.units)).get(parameter, "")
-        box = Interval(lower, upper)  # type: ignore[arg-type] # numbers once made
-        at = np.linspace(box.lower, box.upper, count)
-        source = replace(runner, fixed=fixed)
-        scenes = [source.scene({**runner.nominal, parameter: value}) for value in at.tolist()]
-        crank = crank_of(checks, scenes[0], angle)
-        checks.finish()
-        joints = scenes[0].check().clearance_joints
-        wanted = [*asked, *(Feature("contact_share", joint) for joint in joints)]
-        tracked = replace(settings, outputs=(), features=_tracked(wanted), cycles=1).for_scene(scenes[0])
-
-        def found_at(index: int, go_on: GoOn) -> _Turned:
-            try:
-                return _revolutions(scenes[index], tracked, wanted, crank, kept, skipped, go_on)
-            except _Failed as error:
-                nothing = np.full((kept, len(wanted)), np.nan)
-                return _Turned(nothing, np.nan, (Notice(FAILED, str(error)),))
-
-        found = in_threads(found_at, count, runner.execution.threads, runner.progress)
-        notices = _told(parameter, at, found)
-        table, names = np.array([one.features for one in found]), tuple(runner.features)
-        units = units_of(names, runner.features, runner.units, simulated=True)
-        contact = {joint: table[:, :, len(names) + k] for k, joint in enumerate(joints)}
-        sweep = Sweep(
-            parameter,
-            unit,
-            at,
-            np.array([one.speed for one in found]),
-            {name: table[:, :, k] for k, name in enumerate(names)},
-            dict(zip(names, units, strict=True)),
-            tuple(_lift_offs(at, contact)),
-            notices,
-        )
-        moving = [name for name in names if not np.all(sweep.settled(name))]
-        if moving:
-            text = f"not settled at all values: {listed(moving)}; discard more revolutions"
-            sweep = replace(sweep, notices=(*notices, Notice("unsettled", text, tuple(moving))))
-        issue(sweep.notices)
-        return sweep
+    found = in_threads(found_at, count, runner.execution.threads, runner.progress)
+    notices = _told(parameter, at, found)
+    table, names = np.array([one.features for one in found]), tuple(runner.features)
+    units = units_of(names, runner.features, runner.units, simulated=True)
+    contact = {joint: table[:, :, len(names) + k] for k, joint in enumerate(joints)}
+    sweep = Sweep(
+        parameter,
+        unit,
+        at,
+        np.array([one.speed for one in found]),
+        {name: table[:, :, k] for k, name in enumerate(names)},
+        dict(zip(names, units, strict=True)),
+        tuple(_lift_offs(at, contact)),
+        notices,
+    )
+    moving = [name for name in names if not np.all(sweep.settled(name))]
+    if moving:
+        text = f"not settled at all values: {listed(moving)}; discard more revolutions"
+        sweep = replace(sweep, notices=(*notices, Notice("unsettled", text, tuple(moving))))
+    issue(sweep.notices)
+    return sweep
 
 
 class _Failed(Exception):

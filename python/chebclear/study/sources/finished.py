@@ -149,12 +149,11 @@ def finished_runs(
     parameters: object,
     t: object,
     values: object,
-    *,
     intervals: Mapping[str, Interval] | None,
     features: Mapping[str, Feature] | None,
     cycles: int,
     independent: bool,
-    units: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None,
 ) -> FinishedRuns:
     """A table of runs; arguments as those of `Study.from_runs`, all problems of which are listed."""
     checks = Checks()
