@@ -90,14 +90,6 @@ def test_degree_twelve_follows_an_analytic_function():
     assert np.abs(surrogate.evaluate(MIDDLE) - analytic(np.zeros((1, 3)))).max() < 1e-12
 
 
-def test_interpolation_reproduces_the_runs():
-    nodes = [5, 4, 6]
-    points = chebyshev_grid(list(BOX.values()), nodes)
-    runs = analytic(normalized(BOX, points))
-    surrogate = cc.results.Surrogate.fit(BOX, nodes, [4, 3, 5], runs)
-    np.testing.assert_allclose(surrogate.evaluate(dict(zip(BOX, points.T, strict=True))), runs, atol=1e-14)
-
-
 def test_evaluation_broadcasts():
     surrogate = fitted(analytic, (4, 3, 5))
     band = band_of(surrogate, np.arange(2.0))

@@ -28,22 +28,22 @@ def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[Notice]
     runs, failed = requirement.runs, requirement.failed
     names, asked = ", ".join(short), f"{100.0 * requirement.coverage:.10g} % of the samples"
 
-    def told(text: str, about: list[str], **numbers: float) -> Notice:
+    def told(about: list[str], text: str, **numbers: float) -> Notice:
         return Notice(UNDERSAMPLED, f"undersampled: {text}", tuple(about), numbers)
 
     if requirement.succeeded < requirement.coverage:
         text = (
-            f"{failed} of {runs + failed} runs failed and count as outside, so that {asked} of a further run "
+            f"{failed} of {runs + failed} runs failed and count as outside, so that {asked} of a further run"
         )
-        return [told(f"{text}cannot be promised for {names}", short, failed=failed)]
+        return [told(short, f"{text} cannot be promised for {names}", failed=failed)]
     if requirement.independent:
         needed = exact_runs(requirement.coverage, requirement.confidence)
-        text = f"the hull of {runs} independent runs does not prove that {asked} of a further run are in the "
-        return [told(f"{text}band of {names}, {needed} do", short, needed=needed)]
+        text = f"the hull of {runs} independent runs does not prove that {asked} of a further run are in the"
+        return [told(short, f"{text} band of {names}, {needed} do", needed=needed)]
     band = bands[short[0]]
     if requirement.finished and unfilled(on_cube(band.intervals, band.parameters[:runs])):
-        text = f"the table has no runs in a part of the box, so that {asked} of a further run "
-        return [told(f"{text}cannot be verified for {names}", short)]
+        text = f"the table has no runs in a part of the box, so that {asked} of a further run cannot be"
+        return [told(short, f"{text} verified for {names}")]
     found = []
     lasting = {name: lasting_runs(bands[name].margin, requirement) for name in short}
     lasting = {name: needed for name, needed in lasting.items() if runs < needed}
@@ -54,16 +54,14 @@ def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[Notice]
             f"{runs} runs explains, so that they are too few to verify that {asked} of a further run are in "
             f"the band; {most} verify it in any case, fewer if they let a polynomial follow"
         )
-        found.append(told(text, list(lasting), needed=most))
+        found.append(told(list(lasting), text, needed=most))
     short = [name for name in short if name not in lasting]
     if not short:
         return found
     names, least = ", ".join(short), needed_runs(requirement)
     if runs < least:
-        text = (
-            f"{runs} runs cannot verify that {asked} of a further run are in the band of {names}; at least "
-        )
-        return [*found, told(f"{text}{least} are needed", short, needed=least)]
+        text = f"{runs} runs cannot verify that {asked} of a further run are in the band of {names}; at least"
+        return [*found, told(short, f"{text} {least} are needed", needed=least)]
     worst = min(bands[name].coverage for name in short)
     # The share outside falls about as one over the number of runs.
     more = max(1, int(np.ceil(runs * (1.0 - worst) / (1.0 - requirement.coverage))) - runs)
@@ -71,7 +69,7 @@ def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[Notice]
         f"only {percent(worst)} of the samples of held-out runs are in the band of {names}, {asked} were "
         f"required; about {more} more run{'s' if more > 1 else ''} would suffice"
     )
-    return [*found, told(text, short, needed=runs + more, coverage=worst)]
+    return [*found, told(short, text, needed=runs + more, coverage=worst)]
 
 
 def told_holes(holes: HoleFit) -> list[Notice]:
