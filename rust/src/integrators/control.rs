@@ -354,7 +354,6 @@ impl Run<'_> {
         }
     }
 
-    /// Projects the end of the step onto the constraints.
     fn project(&mut self) -> Projection {
         let step = self.method.step();
         // The longest step ends at its stop, whatever the rounding of its length; every other one ends where it says,
@@ -368,7 +367,6 @@ impl Run<'_> {
         self.projection
     }
 
-    /// Moves to the end of the step.
     fn accept(&mut self, cut: bool) -> Result<(), Failure> {
         let step = self.method.step();
         let (h, wants_dense) = (step.h, self.system.wants_dense(step));

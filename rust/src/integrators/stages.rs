@@ -65,7 +65,6 @@ impl<const LANES: usize> Stages<LANES> {
         &self.rows[stage * self.width..].as_flattened()[..self.n]
     }
 
-    /// Copies the row of a stage to another.
     pub(super) fn copy_row(&mut self, from: usize, to: usize) {
         self.rows.copy_within(from * self.width..(from + 1) * self.width, to * self.width);
     }

@@ -275,7 +275,6 @@ impl Search<'_> {
     }
 }
 
-/// A prime number for each unknown.
 fn prime(index: usize) -> f64 {
     let is_prime =
         |number: &u32| (2..*number).take_while(|d| d * d <= *number).all(|d| !number.is_multiple_of(d));

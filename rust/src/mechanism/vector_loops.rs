@@ -238,7 +238,6 @@ impl VectorLoops {
         jacobian
     }
 
-    /// Some of the loops.
     pub(super) fn only(&self, loops: &[usize]) -> VectorLoops {
         VectorLoops {
             constants: loops.iter().map(|&one| self.constants[one]).collect(),

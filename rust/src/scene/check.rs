@@ -334,7 +334,6 @@ impl Scene {
         }
     }
 
-    /// The body of an attachment.
     fn body_of(&self, reference: &str) -> Result<Option<usize>, String> {
         self.attachment(reference).map(|end| end.body)
     }

@@ -273,7 +273,6 @@ impl Checker<'_> {
 }
 
 impl Checker<'_> {
-    /// Checks the numbers of a guide.
     pub(super) fn guide(&mut self, joint: &Joint, size: f64) {
         let Joint::Guide { axis, shape, face_length, contact, friction, impact_velocity_floor, .. } = joint
         else {

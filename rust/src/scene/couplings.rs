@@ -103,7 +103,6 @@ pub struct CompiledLaw {
     pub repeats: bool,
 }
 
-/// A coupling from JSON.
 pub(super) fn coupling(fields: &mut Fields) -> Coupling {
     let driver = fields.text("driver");
     Coupling {
@@ -248,7 +247,6 @@ impl Coupling {
         checker.result("law", self.compiled([driven, driver]));
     }
 
-    /// Adds what is wrong with the teeth.
     fn check_teeth(&self, scene: &Scene, checker: &mut Checker) {
         if let Some(angle) = self.pressure_angle {
             if !(0.0..FRAC_PI_2).contains(&angle) {

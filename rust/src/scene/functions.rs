@@ -121,7 +121,6 @@ fn number_or_formula(fields: &mut Fields, name: &'static str) -> (f64, Option<Bo
     }
 }
 
-/// A bushing.
 pub(super) fn bushing(fields: &mut Fields) -> Force {
     let [name, a, b] = ["name", "a", "b"].map(|field| fields.text(field));
     let [stiffness, damping, torsional_stiffness, torsional_damping] =

@@ -129,12 +129,10 @@ impl<'a> Node<'a> {
         })
     }
 
-    /// A list of texts.
     pub(crate) fn texts(&self) -> Vec<String> {
         self.items(" of texts", |node| node.text())
     }
 
-    /// A list of numbers.
     pub(crate) fn numbers(&self) -> Vec<f64> {
         self.items(" of numbers", |node| node.number())
     }
@@ -206,7 +204,6 @@ impl<'a> Fields<'a> {
         self.optional(name).map(|node| node.number())
     }
 
-    /// A list of numbers.
     pub(crate) fn numbers(&mut self, name: &'static str) -> Vec<f64> {
         self.required(name).map_or_else(Vec::new, |node| node.numbers())
     }
@@ -271,7 +268,6 @@ impl<'a> Fields<'a> {
         self.optional(name).map_or_else(Vec::new, |node| node.items("", read))
     }
 
-    /// A list of objects.
     pub(crate) fn objects<T>(&mut self, name: &'static str, read: impl Fn(&mut Fields<'a>) -> T) -> Vec<T> {
         self.list(name, |node| node.read(&read))
     }
@@ -281,7 +277,6 @@ impl<'a> Fields<'a> {
         points.into_iter().map(|(name, node)| Point { name, position: node.pair() }).collect()
     }
 
-    /// Numbers with names.
     pub(crate) fn named_numbers(&mut self, name: &'static str) -> Vec<(String, f64)> {
         let numbers = self.named(name, "numbers {\"name\": number}");
         numbers.into_iter().map(|(name, node)| (name, node.number())).collect()

@@ -155,7 +155,6 @@ impl Scene {
         }
     }
 
-    /// Warns of a guide or slot with a very large clearance.
     fn warn_of_guide(&self, index: usize, joint: &Joint, warnings: &mut Vec<Problem>) {
         let (what, clearance, size) = match joint {
             Joint::Guide { shape: GuideShape::Block { height, clearance, .. }, .. } => {

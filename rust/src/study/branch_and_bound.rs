@@ -285,7 +285,6 @@ fn top(values: &[f64], degree: usize, inner: usize, splits: usize) -> f64 {
     (at.clamp(SHORTEST, 1.0 - SHORTEST) / SHORTEST).round() * SHORTEST
 }
 
-/// The free axes of a piece.
 fn list_free(free: &mut Vec<FreeAxis>, axes: u64, degrees: &[usize]) {
     free.clear();
     let mut inner = 1;

@@ -369,7 +369,6 @@ fn append_products(products: &mut Vec<f64>, point: &[f64], degrees: &[usize]) {
     }
 }
 
-/// Adds `factor` times `source` to `target`.
 pub(super) fn add_scaled(target: &mut [f64], factor: f64, source: &[f64]) {
     for (t, s) in target.iter_mut().zip(source) {
         *t += factor * s;

@@ -91,7 +91,6 @@ impl Differences {
         self.count
     }
 
-    /// Forgets all.
     pub(super) fn clear(&mut self) {
         self.count = 0;
     }

@@ -262,7 +262,6 @@ impl Balance {
         }
     }
 
-    /// A step starts at an instant [s].
     pub(crate) fn begin(&mut self, t: f64) {
         let [begin, duration] = self.run;
         self.passed = (t - begin) / duration;
