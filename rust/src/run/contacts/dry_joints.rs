@@ -46,6 +46,7 @@ pub(crate) fn begin_dry_joints(
     motion.dynamics.accelerate(&motion.a);
     let moves = |index: &usize| motion.dynamics.dry_inertia(*index).is_finite();
     let movable: Vec<usize> = (0..count).filter(moves).collect();
+    let mut at_rest = Vec::new();
     anchor(motion, rtol, &movable);
     for index in 0..count {
         let velocity = motion.dynamics.dry_velocity(index);
@@ -57,16 +58,13 @@ pub(crate) fn begin_dry_joints(
         } else if velocity.abs() > RATIO_PART * velocity_tolerance(motion, tolerances, index) {
             velocity.signum()
         } else {
+            at_rest.push(index);
             0.0
         };
         motion.dynamics.set_traction(index, Traction { direction, ..traction });
     }
     // Where no choice is right, the first step ends the run.
-    hold(
-        motion,
-        rtol,
-        &movable.into_iter().filter(|&index| motion.dynamics.tractions()[index].sticks()).collect::<Vec<_>>(),
-    );
+    hold(motion, rtol, &at_rest);
 }
 
 /// Gives joints that stick their springs, in the state and with the fractions in which friction was last found.
@@ -97,7 +95,7 @@ fn anchor(motion: &mut Motion, rtol: f64, joints: &[usize]) {
     }
 }
 
-/// Gives a joint at rest a direction, or none, and with it those of the `joints` that only move together with it.
+/// Lets a joint slide in a direction, and those of the `joints` with it that only move together with it.
 fn direct(motion: &mut Motion, joints: &[usize], index: usize, direction: f64) {
     for &other in joints {
         let correlation = if other == index { 1.0 } else { motion.dynamics.dry_correlation(index, other) };
