@@ -122,7 +122,6 @@ def test_the_report_shows_them(result, silent, tmp_path):
     text = result.report(tmp_path / "a.html").read_text(encoding="utf-8")
     assert re.search(r">9.5 N/mm<", text)
     assert "10.5 bar" in text
-    assert re.search(r"Widest at 1.00 s: 0.300 mm", text)
     quiet = silent.report(tmp_path / "b.html").read_text(encoding="utf-8")
     assert "in their own units" in quiet
     assert not re.search(r"\d (k|M)?N\b", quiet)
