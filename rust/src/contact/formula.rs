@@ -37,8 +37,8 @@ pub struct Formula {
 
 impl Formula {
     /// Its value; bit k of `forms` tells whether switch k is below.
-    // Not inlined, so that the laws that are built in stay small.
-    #[inline(never)]
+    // Inlined where the number of variables is known.
+    #[inline(always)]
     pub fn value<S: Scalar>(&self, variables: &[S], forms: u16) -> S {
         let count = self.tape.switches.len();
         if count == 0 {
@@ -85,10 +85,13 @@ impl Formula {
 
     /// The integral of that force up to a penetration [J].
     pub(super) fn elastic_energy(&self, penetration: f64) -> f64 {
+        if penetration <= 0.0 {
+            return 0.0;
+        }
         // Over the root of the penetration, in which powers of halves are smooth.
         let along = |root: f64| 2.0 * root * self.elastic_force(root * root);
         let scale = self.elastic_force(penetration).abs() * penetration;
-        integral(&along, [0.0, penetration.max(0.0).sqrt()], ENERGY_ERROR * scale, MOST_HALVINGS)
+        integral(&along, [0.0, penetration.sqrt()], ENERGY_ERROR * scale, MOST_HALVINGS)
     }
 
     /// Penetration [m], up to a largest one, at which the elastic part carries a load [N].
@@ -152,8 +155,8 @@ impl ContactLaw {
     }
 
     /// The state in a bearing by a law that is a formula.
-    #[inline(never)]
-    pub(super) fn by_formula<S: Scalar>(&self, motion: &RelativeMotion<S>, phase: Phase) -> ContactState<S> {
+    #[inline(always)]
+    pub(crate) fn by_formula<S: Scalar>(&self, motion: &RelativeMotion<S>, phase: Phase) -> ContactState<S> {
         match self.geometry(motion) {
             Some(geometry) => self.forces::<S, true, true>(geometry, motion.spin, phase),
             None => self.in_bearing::<S, false>(motion, phase),

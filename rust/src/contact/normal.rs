@@ -311,6 +311,7 @@ impl NormalLaw {
     ///
     /// It is not clipped where it is tensile ([`NormalLaw::force_ratio`] < 0): the clipping is an event of
     /// the integrator, which needs the smooth continuation until it has located the event.
+    #[inline(always)]
     pub fn normal_force<S: Scalar>(&self, penetration: S, penetration_rate: S, latch: Latch) -> S {
         match &self.damping {
             Damping::Formula { formula, .. } if penetration.value() > 0.0 => {
@@ -373,15 +374,19 @@ impl NormalLaw {
         }
     }
 
-    /// The ratio and its slope of a formula, as of a damper beside the spring; `None` for other laws.
+    /// The ratio and its slope of a formula, as of a damper beside the spring with the slope that it has here; `None` for
+    /// other laws.
     #[inline]
     pub fn ratio_of_formula(&self, [penetration, rate]: [f64; 2], latch: Latch) -> Option<[f64; 2]> {
         let Damping::Formula { formula, reference } = &self.damping else { return None };
+        if !formula.depends[1] {
+            return Some([1.0, 0.0]);
+        }
         // Where both forces vanish the ratio is that beside it.
         let penetration = penetration.max(f64::EPSILON * reference);
         let [force, slope] = formula.with_damping([penetration, rate, latch.impact_velocity], latch.forms[0]);
-        let elastic = self.elastic_force(penetration);
-        let both = (elastic + (force - elastic).abs()).max(f64::MIN_POSITIVE);
+        let viscous = slope * rate;
+        let both = ((force - viscous).abs() + viscous.abs()).max(f64::MIN_POSITIVE);
         Some([force / both, slope.abs() / both])
     }
 

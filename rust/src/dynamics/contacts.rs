@@ -411,10 +411,26 @@ impl Dynamics<'_> {
         if slot.is_aside {
             return self.add_contact_aside(slot, phase, forces);
         }
+        self.add_bearing::<false>(slot, [bearing_radius, journal_radius], phase, forces)
+    }
+
+    /// The same in a bearing, with or without formulas, of a law that does not stick.
+    #[inline(always)]
+    fn add_bearing<const FORMULA: bool>(
+        &self,
+        slot: &ContactSlot,
+        radii: [f64; 2],
+        phase: &Phase,
+        forces: &mut [f64],
+    ) -> SlotContact {
         let ends = self.slot_ends(slot);
         let motion = self.motion_in_bearing(slot, &ends);
-        let state = slot.law.in_bearing::<f64, true>(&motion, *phase);
-        let moments = [bearing_radius * state.friction_force, journal_radius * state.friction_force];
+        let state = if FORMULA {
+            slot.law.by_formula(&motion, *phase)
+        } else {
+            slot.law.in_bearing::<f64, true>(&motion, *phase)
+        };
+        let moments = [radii[0] * state.friction_force, radii[1] * state.friction_force];
         let positions = [ends[0].position, ends[1].position];
         self.add_pair(slot.points, positions, state.force.into(), moments, forces);
         SlotContact { motion, state }
@@ -423,6 +439,11 @@ impl Dynamics<'_> {
     /// The same of less common kinds.
     #[inline(never)]
     fn add_contact_aside(&self, slot: &ContactSlot, phase: &Phase, forces: &mut [f64]) -> SlotContact {
+        if let (&Surfaces::Bearing { bearing_radius, journal_radius }, None) =
+            (&slot.law.surfaces, slot.law.stick_slip())
+        {
+            return self.add_bearing::<true>(slot, [bearing_radius, journal_radius], phase, forces);
+        }
         let contact = self.contact_of(slot, *phase);
         if let Some(backlash) = self.backlash_of(slot) {
             self.add_flank(backlash, &contact.state, forces);

@@ -132,7 +132,11 @@ impl Dynamics<'_> {
         }
         let law = &self.tree.slots[index].law;
         let SlotContact { motion, state } = &self.contacts[index];
-        let (elastic, _) = law.elastic(motion, state.penetration);
+        // Without the energy, which takes a quadrature where the law is a formula.
+        let elastic = match &law.surfaces {
+            Surfaces::Worn(worn) => worn.elastic(motion.eccentricity).0,
+            _ => law.normal.elastic_force(state.penetration),
+        };
         let impact = (state.normal_force - elastic) * state.penetration_rate;
         if let Phase::Contact { traction: Some(traction), clipped: false, .. } = self.phases[index] {
             return self.stick_slip_loss(index, &traction, impact);

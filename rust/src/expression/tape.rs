@@ -9,8 +9,8 @@ use crate::numerics::dual::{Dual, Scalar};
 use crate::numerics::jet::{Jet, derivatives};
 
 /// Numbers that wait during an evaluation. The nesting of an expression is limited, and its parts of one rank are
-/// evaluated from the left, so that few wait.
-const STACK: usize = 24;
+/// evaluated from the left, so that few wait. A power of two, so that an index needs no check.
+const STACK: usize = 32;
 /// Derivatives that one evaluation yields.
 const LANES: usize = 4;
 /// Most variables of an expression, so that their values need no memory of their own.
@@ -24,13 +24,32 @@ enum Operand {
     Variable(usize),
 }
 
+/// An operation on the number on top. What is done with which number is one choice, since choices are what evaluation costs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Operation {
     /// Lets the number on top wait, and puts a leaf in its place.
-    Push(Operand),
+    Constant(f64),
+    Variable(usize),
+    /// With a leaf.
+    AddConstant(f64),
+    MultiplyByConstant(f64),
+    DivideByConstant(f64),
+    AddVariable(usize),
+    SubtractVariable(usize),
+    MultiplyByVariable(usize),
+    DivideByVariable(usize),
+    /// Of the number that waited and that on top.
+    Sum,
+    Difference,
+    Product,
+    Quotient,
+    Pair(Binary),
     Negative,
-    /// An operation on the number on top and a leaf, or on the one that waited and that on top.
-    Binary(Binary, Operand),
+    Root,
+    /// The number times its root.
+    ThreeHalves,
+    Square,
+    Cube,
     /// Power with a constant exponent.
     PowerBy(f64),
     Function(Function),
@@ -42,6 +61,39 @@ enum Operation {
     Sign(usize),
     /// The table of the switch at the number on top.
     Curve(usize),
+}
+
+impl Operation {
+    /// What is done with an operand, if there is an operation for it.
+    fn with(binary: Binary, operand: Operand) -> Option<Operation> {
+        Some(match (binary, operand) {
+            (Binary::Add, Operand::Constant(value)) => Operation::AddConstant(value),
+            (Binary::Subtract, Operand::Constant(value)) => Operation::AddConstant(-value),
+            (Binary::Multiply, Operand::Constant(value)) => Operation::MultiplyByConstant(value),
+            (Binary::Divide, Operand::Constant(value)) => Operation::DivideByConstant(value),
+            (Binary::Add, Operand::Variable(index)) => Operation::AddVariable(index),
+            (Binary::Subtract, Operand::Variable(index)) => Operation::SubtractVariable(index),
+            (Binary::Multiply, Operand::Variable(index)) => Operation::MultiplyByVariable(index),
+            (Binary::Divide, Operand::Variable(index)) => Operation::DivideByVariable(index),
+            (Binary::Power, Operand::Constant(0.5)) => Operation::Root,
+            (Binary::Power, Operand::Constant(1.5)) => Operation::ThreeHalves,
+            (Binary::Power, Operand::Constant(2.0)) => Operation::Square,
+            (Binary::Power, Operand::Constant(3.0)) => Operation::Cube,
+            (Binary::Power, Operand::Constant(exponent)) => Operation::PowerBy(exponent),
+            (Binary::Power | Binary::Atan2 | Binary::Hypot, _) | (_, Operand::Waiting) => return None,
+        })
+    }
+
+    /// What is done with the number that waited and that on top.
+    fn of_both(binary: Binary) -> Operation {
+        match binary {
+            Binary::Add => Operation::Sum,
+            Binary::Subtract => Operation::Difference,
+            Binary::Multiply => Operation::Product,
+            Binary::Divide => Operation::Quotient,
+            Binary::Power | Binary::Atan2 | Binary::Hypot => Operation::Pair(binary),
+        }
+    }
 }
 
 /// Where an expression changes its form.
@@ -102,6 +154,7 @@ impl Tape {
     }
 
     /// Its value.
+    #[inline(always)]
     pub fn value<S: Scalar>(&self, variables: &[S], states: &[i64]) -> S {
         self.run(&self.operations, variables, states)
     }
@@ -198,36 +251,38 @@ impl Tape {
     // Inlined for the two number types: a call of its own would hide the length of the stack.
     #[inline(always)]
     fn run<S: Scalar>(&self, operations: &[Operation], variables: &[S], states: &[i64]) -> S {
-        let mut waiting = [S::constant(0.0); STACK];
-        let mut count = 0;
+        let mut waiting = Stack { numbers: [S::constant(0.0); STACK], count: 0 };
         let mut top = S::constant(0.0);
         for &operation in operations {
             match operation {
-                Operation::Push(operand) => {
-                    waiting[count] = top;
-                    count += 1;
-                    match operand {
-                        Operand::Variable(index) => top = variables[index],
-                        Operand::Constant(value) => top = S::constant(value),
-                        Operand::Waiting => {}
-                    }
+                Operation::Constant(value) => {
+                    waiting.push(top);
+                    top = S::constant(value);
                 }
-                Operation::Binary(operation, operand) => {
-                    let (left, right) = match operand {
-                        Operand::Variable(index) => (top, variables[index]),
-                        Operand::Constant(value) => (top, S::constant(value)),
-                        Operand::Waiting => {
-                            count -= 1;
-                            (waiting[count], top)
-                        }
-                    };
-                    top = operation.of(left, right);
+                Operation::Variable(index) => {
+                    waiting.push(top);
+                    top = variables[index];
                 }
+                Operation::AddConstant(value) => top = top + value,
+                Operation::MultiplyByConstant(value) => top = top * value,
+                Operation::DivideByConstant(value) => top = top / S::constant(value),
+                Operation::AddVariable(index) => top = top + variables[index],
+                Operation::SubtractVariable(index) => top = top - variables[index],
+                Operation::MultiplyByVariable(index) => top = top * variables[index],
+                Operation::DivideByVariable(index) => top = top / variables[index],
+                Operation::Sum => top = waiting.pop() + top,
+                Operation::Difference => top = waiting.pop() - top,
+                Operation::Product => top = waiting.pop() * top,
+                Operation::Quotient => top = waiting.pop() / top,
+                Operation::Pair(binary) => top = binary.of(waiting.pop(), top),
                 Operation::Sign(switch) => {
-                    waiting[count] = top;
-                    count += 1;
+                    waiting.push(top);
                     top = S::constant(if states[switch] == BELOW { -1.0 } else { 1.0 });
                 }
+                Operation::Root => top = top.sqrt(),
+                Operation::ThreeHalves => top = top.compose(derivatives::three_halves(top.value())),
+                Operation::Square => top = top * top,
+                Operation::Cube => top = top * top * top,
                 Operation::Negative => top = -top,
                 Operation::PowerBy(exponent) => top = power_by(top, exponent),
                 Operation::Function(function) => top = function.of(top),
@@ -242,14 +297,34 @@ impl Tape {
                     }
                 }
                 Operation::Choose(switch) => {
-                    count -= 1;
+                    let below = waiting.pop();
                     if states[switch] == BELOW {
-                        top = waiting[count];
+                        top = below;
                     }
                 }
             }
         }
         top
+    }
+}
+
+/// The numbers that wait.
+struct Stack<S> {
+    numbers: [S; STACK],
+    count: usize,
+}
+
+impl<S: Scalar> Stack<S> {
+    #[inline(always)]
+    fn push(&mut self, number: S) {
+        self.numbers[self.count % STACK] = number;
+        self.count += 1;
+    }
+
+    #[inline(always)]
+    fn pop(&mut self) -> S {
+        self.count -= 1;
+        self.numbers[self.count % STACK]
     }
 }
 
@@ -279,8 +354,13 @@ fn depth(operations: &[Operation]) -> usize {
     let (mut depth, mut deepest) = (0_usize, 0);
     for operation in operations {
         match operation {
-            Operation::Push(_) | Operation::Sign(_) => depth += 1,
-            Operation::Binary(_, Operand::Waiting) | Operation::Choose(_) => depth -= 1,
+            Operation::Constant(_) | Operation::Variable(_) | Operation::Sign(_) => depth += 1,
+            Operation::Sum
+            | Operation::Difference
+            | Operation::Product
+            | Operation::Quotient
+            | Operation::Pair(_)
+            | Operation::Choose(_) => depth -= 1,
             _ => {}
         }
         deepest = deepest.max(depth);
@@ -308,19 +388,18 @@ impl Compiler<'_> {
             (Operand::Waiting, Syntax::Binary(operation, pair)) => {
                 self.add(&pair[0]);
                 let operand = self.operand(&pair[1]);
-                match (operation, operand) {
-                    (Binary::Power, Operand::Constant(exponent)) => self.push(Operation::PowerBy(exponent)),
-                    (_, Operand::Waiting) => {
-                        self.add(&pair[1]);
-                        self.push(Operation::Binary(*operation, operand));
-                    }
-                    _ => self.push(Operation::Binary(*operation, operand)),
+                if let Some(operation) = Operation::with(*operation, operand) {
+                    return self.push(operation);
                 }
+                self.add(&pair[1]);
+                self.push(Operation::of_both(*operation));
             }
             (Operand::Waiting, Syntax::Switch(switching, arguments)) => {
                 self.add_switch(*switching, arguments)
             }
-            (leaf, _) => self.push(Operation::Push(leaf)),
+            (Operand::Constant(value), _) => self.push(Operation::Constant(value)),
+            (Operand::Variable(index), _) => self.push(Operation::Variable(index)),
+            (Operand::Waiting, Syntax::Number(_) | Syntax::Name(..)) => {}
         }
     }
 
@@ -354,7 +433,7 @@ impl Compiler<'_> {
 
     /// A switch that is below where the first number is below the second.
     fn comparison(&mut self, first: &[Operation], second: &[Operation]) -> usize {
-        let difference = [Operation::Binary(Binary::Subtract, Operand::Waiting)];
+        let difference = [Operation::Difference];
         self.switch([first, second, &difference].concat())
     }
 
@@ -431,23 +510,14 @@ impl Function {
 }
 
 impl Binary {
-    #[inline(always)]
+    // Not inlined for the same reason; arithmetic has operations of its own.
+    #[inline(never)]
     fn of<S: Scalar>(self, left: S, right: S) -> S {
         match self {
             Binary::Add => left + right,
             Binary::Subtract => left - right,
             Binary::Multiply => left * right,
             Binary::Divide => left / right,
-            _ => self.of_functions(left, right),
-        }
-    }
-
-    /// Those that are no arithmetic.
-    // Not inlined for the same reason.
-    #[inline(never)]
-    fn of_functions<S: Scalar>(self, left: S, right: S) -> S {
-        match self {
-            Binary::Add | Binary::Subtract | Binary::Multiply | Binary::Divide => self.of(left, right),
             // x^y = exp(y ln x)
             Binary::Power => {
                 let exponent = right * left.compose(derivatives::ln(left.value()));
@@ -469,12 +539,8 @@ impl Binary {
 }
 
 /// A power with a constant exponent.
-#[inline(always)]
-fn power_by<S: Scalar>(x: S, exponent: f64) -> S {
-    if exponent == 2.0 { x * x } else { any_power(x, exponent) }
-}
-
+// Not inlined for the same reason.
 #[inline(never)]
-fn any_power<S: Scalar>(x: S, exponent: f64) -> S {
+fn power_by<S: Scalar>(x: S, exponent: f64) -> S {
     x.compose(derivatives::power(x.value(), exponent))
 }

@@ -72,6 +72,8 @@ pub(super) struct Run<'a> {
     /// [`HybridSystem::velocity_refinement`] at the start of the step, and its maximum over the step.
     pub(super) start_refinement: f64,
     pub(super) velocity_refinement: f64,
+    /// [`HybridSystem::looks_inside`].
+    looks_inside: bool,
     /// [`HybridSystem::caution`] in the present step.
     caution: f64,
     /// Why the last attempt was rejected: the status of the run if no shorter step is accepted.
@@ -87,6 +89,9 @@ pub(super) struct Run<'a> {
     pub(super) inner_guards: Vec<Guard>,
 }
 
+/// Part of a step over which the slope of its polynomial is a difference: the square of the part is far below a thousandth.
+const SLOPE_PART: f64 = 1.0 / 64.0;
+
 /// Integrates with a method from `t` to `end`; `q` and `v` are the start and become the end.
 pub fn integrate(
     system: &mut dyn HybridSystem,
@@ -99,6 +104,7 @@ pub fn integrate(
 ) -> Outcome {
     let d = system.dimension();
     let guards = system.guard_count();
+    let looks_inside = system.looks_inside();
     let mut run = Run {
         system,
         method,
@@ -125,6 +131,7 @@ pub fn integrate(
         beyond_kink: false,
         start_refinement: 1.0,
         velocity_refinement: 1.0,
+        looks_inside,
         caution: 1.0,
         refusal: Status::StepUnderflow,
         next_q: vec![0.0; d],
@@ -251,8 +258,35 @@ impl Run<'_> {
             2 => self.errors_of(2),
             d => self.errors_of(d),
         };
+        let errors = if self.looks_inside { [errors[0].max(self.error_inside()), errors[1]] } else { errors };
         self.errors = Some(errors);
         errors
+    }
+
+    /// Error in the middle of an implicit step.
+    // Not inlined: few systems ask for it.
+    #[inline(never)]
+    fn error_inside(&mut self) -> f64 {
+        // A step that is shorter than the time in which its stiffest force brakes resolves that force.
+        if self.method.step().damping <= 1.0 {
+            return 0.0;
+        }
+        if self.finish_dense().is_err() {
+            return f64::INFINITY;
+        }
+        let step = self.method.step();
+        let (mut early, mut late) = (self.v.clone(), self.v.clone());
+        step.at(0.5 - SLOPE_PART, &mut self.inner_q, &mut early);
+        step.at(0.5 + SLOPE_PART, &mut self.inner_q, &mut late);
+        step.at(0.5, &mut self.inner_q, &mut self.inner_v);
+        let (middle, apart) = (step.instant(0.5), 2.0 * SLOPE_PART * step.h);
+        let slopes: Vec<f64> = late.iter().zip(&early).map(|(late, early)| (late - early) / apart).collect();
+        self.stats.evaluations += 1;
+        let accelerations = &mut early;
+        if !self.system.acceleration(middle, &self.inner_q, &self.inner_v, accelerations) {
+            return f64::INFINITY;
+        }
+        self.system.inner_error(accelerations, &slopes)
     }
 
     /// The same for a number of degrees of freedom that the compiler may know.

@@ -80,6 +80,17 @@ pub trait HybridSystem {
         1.0
     }
 
+    /// Whether forces follow the velocities so steeply that inside an implicit step, where the state is that of a polynomial,
+    /// they could be far from those that its stages balanced.
+    fn looks_inside(&self) -> bool {
+        false
+    }
+
+    /// Error of the accelerations inside a step, from those of the polynomial, relative to what is allowed.
+    fn inner_error(&self, _accelerations: &[f64], _of_polynomial: &[f64]) -> f64 {
+        0.0
+    }
+
     /// Changes the phase after the zero of a guard; returns a bound for the next step, or infinity.
     ///
     /// # Errors

@@ -80,6 +80,12 @@ pub mod derivatives {
         [tangent, rest, -2.0 * tangent * rest, rest * (6.0 * tangent * tangent - 2.0)]
     }
 
+    /// The power 3/2.
+    pub fn three_halves(x: f64) -> [f64; 4] {
+        let root = x.sqrt();
+        [x * root, 1.5 * root, 0.75 / root, -0.375 / (x * root)]
+    }
+
     /// A power with a constant exponent; a factor of zero is zero, also at zero.
     pub fn power(x: f64, exponent: f64) -> [f64; 4] {
         let mut factor = 1.0;

@@ -147,6 +147,21 @@ impl HybridSystem for System<'_> {
         self.phases.demands.caution
     }
 
+    fn looks_inside(&self) -> bool {
+        !self.motion.mechanism.films.is_empty()
+    }
+
+    /// The power of a drive against a film is as wrong as its force, and with it the balance of energies.
+    fn inner_error(&self, accelerations: &[f64], of_polynomial: &[f64]) -> f64 {
+        let scales = &self.motion.mechanism.scales;
+        let (mut error, mut size) = (0.0_f64, scales.speed.powi(2) / scales.length);
+        for ((a, expected), lever) in accelerations.iter().zip(of_polynomial).zip(&scales.levers) {
+            error = error.max((lever * (a - expected)).abs());
+            size = size.max((lever * expected).abs());
+        }
+        error / (self.balance.limit * size)
+    }
+
     fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> Result<f64, Status> {
         self.tracking.interrupt();
         let crossing = self.phases.cross(&mut self.motion, guard, StateAt { t, q, v })?;

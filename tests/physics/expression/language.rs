@@ -9,7 +9,7 @@ use crate::support::{Random, derivative};
 /// Formulas of x, y and z with the same in Rust.
 type Formula = (&'static str, fn(f64, f64, f64) -> f64);
 
-const FORMULAS: [Formula; 24] = [
+const FORMULAS: [Formula; 25] = [
     ("x + y * z", |x, y, z| x + y * z),
     ("x - y - z", |x, y, z| x - y - z),
     ("x / y / z", |x, y, z| x / y / z),
@@ -17,6 +17,7 @@ const FORMULAS: [Formula; 24] = [
     ("x**-2 + 2**3**2", |x, _, _| x.powi(-2) + 512.0),
     ("(x + y) * (x - z)", |x, y, z| (x + y) * (x - z)),
     ("x**y * z", |x, y, z| x.powf(y) * z),
+    ("x**0.5 * y**1.5 - z**3 - x/4", |x, y, z| x.powf(0.5) * y.powf(1.5) - z.powi(3) - x / 4.0),
     ("x**2.5 + 1e-3 * y", |x, y, _| x.powf(2.5) + 1e-3 * y),
     ("acos(x/9) + asin(y/9) + atan(z)", |x, y, z| (x / 9.0).acos() + (y / 9.0).asin() + z.atan()),
     ("cos(x) * sin(y) + tan(z/9)", |x, y, z| x.cos() * y.sin() + (z / 9.0).tan()),
@@ -80,6 +81,15 @@ fn values_and_derivatives_are_those_of_the_formula() {
                 assert!((gradient[k] - slope).abs() <= 1e-7 * size, "{text}: {} and {slope}", gradient[k]);
             }
         }
+    }
+}
+
+#[test]
+fn a_power_that_starts_flat_has_no_slope_at_zero() {
+    for text in ["x**1.5", "x**2", "x**3", "x**2.5"] {
+        let tape = compiled(text);
+        let at = [0.0; 3];
+        assert_eq!((tape.value(&at, &[]), tape.gradient(&at, &[])[0]), (0.0, 0.0), "{text}");
     }
 }
 

@@ -74,6 +74,29 @@ def test_a_squeezed_film_takes_the_time_of_its_integral():
     assert run["bearing.film_thickness"][-1] == pytest.approx(CLEARANCE - end * THICKNESS, rel=1e-5)
 
 
+@pytest.mark.parametrize("method", ["auto", "rodas5p", "rodas4"])
+def test_a_stiff_film_hands_on_the_torque_of_a_joint_without_clearance(method):
+    """A micrometer of oil hardly gives: the drive works as that of the ideal mechanism, inside the steps too."""
+    film = cc.laws.ShortBearing(4e-3, 0.01, 5e-8)
+    scene = cc.mechanisms.slider_crank(clearance=5e-7, crank_speed=cc.rpm(300.0))
+    (wrist,) = (joint for joint in scene.joints if isinstance(joint, cc.ClearanceRevolute))
+    oiled, ideal = (
+        dataclasses.replace(scene, joints=[joint if other is wrist else other for other in scene.joints])
+        for joint in (
+            dataclasses.replace(wrist, film=film),
+            cc.Revolute(wrist.name, wrist.bearing, wrist.journal),
+        )
+    )
+    outputs = ["drive.torque", "energy.balance", "energy.input"]
+    run = cc.simulate(oiled, duration=0.01, samples=101, rtol=1e-4, method=method, outputs=outputs)
+    torque = cc.simulate(ideal, duration=0.01, samples=101, outputs=outputs)["drive.torque"]
+    # The journal starts in the middle of its bearing, and oil brakes it by a hundredth of the torque.
+    np.testing.assert_allclose(
+        run["drive.torque"][1:], torque[1:], rtol=0.0, atol=0.05 * np.max(np.abs(torque))
+    )
+    assert np.max(np.abs(run["energy.balance"])) < 0.01 * np.ptp(run["energy.input"])
+
+
 def test_a_light_load_whirls():
     # Below 0.756 a rotor is unstable above a speed: sqrt(mass c / load) times it is 2.758 at a ratio of 0.05.
     ratio, spin = 0.05, 100.0

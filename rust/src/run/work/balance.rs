@@ -47,7 +47,7 @@ const GOLDEN: f64 = 0.618_033_988_749_894_9;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Balance {
     /// Largest error without a warning, relative to the largest energy.
-    limit: f64,
+    pub(crate) limit: f64,
     /// Rounding error of the energies at least [J].
     least_rounding: f64,
     /// Steps so far.
