@@ -76,7 +76,7 @@ def test_a_squeezed_film_takes_the_time_of_its_integral():
 
 @pytest.mark.parametrize("method", ["auto", "rodas5p", "rodas4"])
 def test_a_stiff_film_hands_on_the_torque_of_a_joint_without_clearance(method):
-    """A micrometer of oil hardly gives: the drive works as that of the ideal mechanism, inside the steps too."""
+    """A micrometer of oil hardly gives: the drive works as that of the ideal mechanism, inside steps too."""
     film = cc.laws.ShortBearing(4e-3, 0.01, 5e-8)
     scene = cc.mechanisms.slider_crank(clearance=5e-7, crank_speed=cc.rpm(300.0))
     (wrist,) = (joint for joint in scene.joints if isinstance(joint, cc.ClearanceRevolute))
