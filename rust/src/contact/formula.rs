@@ -2,7 +2,7 @@
 
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::Damping;
-use crate::contact::pair::{ContactLaw, ContactState, Phase, RelativeMotion};
+use crate::contact::pair::ContactLaw;
 use crate::expression::dimension::{Dimension, FORCE};
 use crate::expression::tape::Tape;
 use crate::numerics::dual::{Dual, Scalar};
@@ -152,14 +152,5 @@ impl ContactLaw {
     pub fn has_formula(&self) -> bool {
         matches!(self.normal.damping, Damping::Formula { .. })
             || matches!(self.friction, Some(FrictionLaw::Formula(_)))
-    }
-
-    /// The state in a bearing by a law that is a formula.
-    #[inline(always)]
-    pub(crate) fn by_formula<S: Scalar>(&self, motion: &RelativeMotion<S>, phase: Phase) -> ContactState<S> {
-        match self.geometry(motion) {
-            Some(geometry) => self.forces::<S, true, true>(geometry, motion.spin, phase),
-            None => self.in_bearing::<S, false>(motion, phase),
-        }
     }
 }

@@ -278,23 +278,23 @@ impl ContactLaw {
         phase: Phase,
     ) -> ContactState<S> {
         match &self.surfaces {
-            Surfaces::Bearing { .. } if self.has_formula() => self.by_formula(motion, phase),
-            Surfaces::Bearing { .. } => self.in_bearing::<S, true>(motion, phase),
+            Surfaces::Bearing { .. } if self.has_formula() => self.in_bearing::<S, true, true>(motion, phase),
+            Surfaces::Bearing { .. } => self.in_bearing::<S, true, false>(motion, phase),
             Surfaces::Worn(worn) => self.in_worn_bearing(worn, motion, phase),
             Surfaces::Face(face) => self.at_face(face, motion, phase),
         }
     }
 
-    /// The same in a bearing, with or without friction that does not stick.
+    /// The same in a bearing, with or without friction that does not stick, and laws that are formulas.
     #[inline(always)]
-    pub(crate) fn in_bearing<S: Scalar, const FRICTION: bool>(
+    pub(crate) fn in_bearing<S: Scalar, const FRICTION: bool, const FORMULA: bool>(
         &self,
         motion: &RelativeMotion<S>,
         phase: Phase,
     ) -> ContactState<S> {
         let zero = S::constant(0.0);
         match self.geometry(motion) {
-            Some(geometry) => self.forces::<S, FRICTION, false>(geometry, motion.spin, phase),
+            Some(geometry) => self.forces::<S, FRICTION, FORMULA>(geometry, motion.spin, phase),
             None => ContactState {
                 penetration: S::constant(-self.clearance),
                 penetration_rate: zero,
@@ -335,7 +335,7 @@ impl ContactLaw {
             Surfaces::Bearing { .. } | Surfaces::Worn(_) => self.geometry(motion),
             Surfaces::Face(face) => Some(face.geometry(motion, phase)),
         };
-        let Some(geometry) = geometry else { return self.in_bearing::<S, false>(motion, phase) };
+        let Some(geometry) = geometry else { return self.in_bearing::<S, false, false>(motion, phase) };
         let Geometry { inverse, normal: [nx, ny], penetration, penetration_rate, tangential_velocity } =
             geometry;
         let lever = match (&self.surfaces, phase) {
@@ -415,7 +415,7 @@ impl ContactLaw {
     /// Penetration and velocities in a bearing alone: the state of the contact without its forces.
     #[inline(always)]
     pub(crate) fn in_bearing_without_forces(&self, motion: &RelativeMotion<f64>) -> ContactState<f64> {
-        self.in_bearing::<f64, false>(motion, Phase::Free)
+        self.in_bearing::<f64, false, false>(motion, Phase::Free)
     }
 
     /// Force on the second body and friction, by a law that does not stick, with their derivatives with respect to
@@ -448,8 +448,8 @@ impl ContactLaw {
             roll: Dual::constant(motion.roll),
         };
         let state = match &self.surfaces {
-            Surfaces::Bearing { .. } if self.has_formula() => self.by_formula(&dual, phase),
-            Surfaces::Bearing { .. } => self.in_bearing::<Dual<1>, false>(&dual, phase),
+            Surfaces::Bearing { .. } if self.has_formula() => self.in_bearing::<_, true, true>(&dual, phase),
+            Surfaces::Bearing { .. } => self.in_bearing::<_, false, false>(&dual, phase),
             Surfaces::Worn(worn) => self.in_worn_bearing(worn, &dual, phase),
             Surfaces::Face(face) => self.at_face(face, &dual, phase),
         };

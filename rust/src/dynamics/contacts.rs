@@ -296,7 +296,7 @@ impl Dynamics<'_> {
             _ if slot.is_aside => self.contact_aside(slot, phase),
             Surfaces::Bearing { .. } => {
                 let motion = self.motion_in_bearing(slot, &self.slot_ends(slot));
-                SlotContact { motion, state: slot.law.in_bearing::<f64, true>(&motion, phase) }
+                SlotContact { motion, state: slot.law.in_bearing::<f64, true, false>(&motion, phase) }
             }
             Surfaces::Face(_) | Surfaces::Worn(_) => self.contact_seen_from_first(slot, phase),
         }
@@ -425,11 +425,7 @@ impl Dynamics<'_> {
     ) -> SlotContact {
         let ends = self.slot_ends(slot);
         let motion = self.motion_in_bearing(slot, &ends);
-        let state = if FORMULA {
-            slot.law.by_formula(&motion, *phase)
-        } else {
-            slot.law.in_bearing::<f64, true>(&motion, *phase)
-        };
+        let state = slot.law.in_bearing::<f64, true, FORMULA>(&motion, *phase);
         let moments = [radii[0] * state.friction_force, radii[1] * state.friction_force];
         let positions = [ends[0].position, ends[1].position];
         self.add_pair(slot.points, positions, state.force.into(), moments, forces);

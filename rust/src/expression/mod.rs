@@ -4,5 +4,6 @@
 
 pub mod curve;
 pub mod dimension;
+mod functions;
 pub mod grammar;
 pub mod tape;

@@ -4,6 +4,7 @@
 //! state is given from outside, as the phase of a contact is: between two events the expression is smooth.
 
 use super::curve::Curve;
+use super::functions::power_by;
 use super::grammar::{Binary, Function, Switching, Syntax};
 use crate::numerics::dual::{Dual, Scalar};
 use crate::numerics::jet::{Jet, derivatives};
@@ -487,60 +488,4 @@ impl Compiler<'_> {
             Syntax::Switch(..) => return None,
         })
     }
-}
-
-impl Function {
-    // Not inlined, so that the loop over the operations stays small.
-    #[inline(never)]
-    fn of<S: Scalar>(self, x: S) -> S {
-        let at = x.value();
-        x.compose(match self {
-            Function::Acos => derivatives::acos(at),
-            Function::Asin => derivatives::asin(at),
-            Function::Atan => derivatives::atan(at),
-            Function::Cos => derivatives::cos(at),
-            Function::Exp => derivatives::exp(at),
-            Function::Log => derivatives::ln(at),
-            Function::Sin => derivatives::sin(at),
-            Function::Sqrt => derivatives::sqrt(at),
-            Function::Tan => derivatives::tan(at),
-            Function::Tanh => derivatives::tanh(at),
-        })
-    }
-}
-
-impl Binary {
-    // Not inlined for the same reason; arithmetic has operations of its own.
-    #[inline(never)]
-    fn of<S: Scalar>(self, left: S, right: S) -> S {
-        match self {
-            Binary::Add => left + right,
-            Binary::Subtract => left - right,
-            Binary::Multiply => left * right,
-            Binary::Divide => left / right,
-            // x^y = exp(y ln x)
-            Binary::Power => {
-                let exponent = right * left.compose(derivatives::ln(left.value()));
-                exponent.compose(derivatives::exp(exponent.value()))
-            }
-            Binary::Atan2 => {
-                let (y, x) = (left.value(), right.value());
-                // By the smaller of the two over the larger; both have the derivatives of the angle.
-                let ratio = if x.abs() >= y.abs() { left / right } else { -(right / left) };
-                let angle = ratio.compose(derivatives::atan(ratio.value()));
-                angle + (y.atan2(x) - angle.value())
-            }
-            Binary::Hypot => {
-                let square = left * left + right * right;
-                square.compose(derivatives::sqrt(square.value()))
-            }
-        }
-    }
-}
-
-/// A power with a constant exponent.
-// Not inlined for the same reason.
-#[inline(never)]
-fn power_by<S: Scalar>(x: S, exponent: f64) -> S {
-    x.compose(derivatives::power(x.value(), exponent))
 }
