@@ -205,11 +205,10 @@ def targets(made: list[Any]) -> Iterator[tuple[str, Callable[..., Any]]]:
     yield "Study.from_runs", cc.Study.from_runs
     yield "Scene.from_json", cc.Scene.from_json
     for one in made:
-        for name in dir(type(one)):
+        for name in (name for name in dir(type(one)) if not name.startswith("_") and name not in _INNER):
             method = getattr(one, name, None)
-            if not name.startswith("_") and name not in _INNER and inspect.ismethod(method):
-                if (type(one).__name__, name) != ("StudyResult", "from_runs"):
-                    yield f"{type(one).__name__}.{name}", method
+            if inspect.ismethod(method) and (type(one).__name__, name) != ("StudyResult", "from_runs"):
+                yield f"{type(one).__name__}.{name}", method
         for name in ("__getitem__", "__call__", "__contains__"):
             if any(name in vars(kind) for kind in type(one).__mro__):
                 yield f"{type(one).__name__}.{name}", getattr(one, name)

@@ -15,7 +15,7 @@ from ..execution.failures import count_failed
 from ..run.notices import Notice
 from .band.limits import largest_clearances, physical_limits
 from .band.notices import doubts, early_widths, remarks, told_holes
-from .band.requirement import Requirement
+from .band.requirement import LEAST_RUNS, Requirement
 from .band.worst import WorstCase, predicted_extremes
 from .by_angle import cut, unpredictable
 from .features.features import feature_table
@@ -27,8 +27,6 @@ from .runner import Runner
 from .sources.finished import FinishedRuns
 from .sources.run_table import RunTable
 
-LEAST_RUNS = 3
-"""Runs of a band [-]."""
 # Largest difference of parameters of runs at one point, over half the interval.
 _SAME_POINT = 1e-9
 # The same of values of one model, over the largest.

@@ -25,9 +25,9 @@ from ..execution.pieces import NOT_BEGUN
 from ..execution.plan import Plan, seconds_of
 from ..run.notices import Notice
 from ..run.settings import Settings, checked_settings
-from .answers import LEAST_RUNS, joined, of_band, of_grid
+from .answers import joined, of_band, of_grid
 from .band.notices import SETTLING, UNDERSAMPLED
-from .band.requirement import Requirement, band_usage, exact_runs
+from .band.requirement import LEAST_RUNS, Requirement, band_usage, exact_runs
 from .by_angle import cut, turning
 from .polynomials.points import between_nodes, uniform_points
 from .polynomials.surrogate import MOST_RANGE_DEGREE, BoundKind, chebyshev_grid, tensor_grid

@@ -11,6 +11,7 @@ from typing import Any, Self, get_type_hints, overload
 import numpy as np
 
 from ..base import files as records
+from ..base.arguments import Checks
 from ..base.named import Named
 from ..base.rows import Array
 from ..base.shown import listed
@@ -31,7 +32,7 @@ from ..scene.scene import Interval, Scene
 from .band.band import Band
 from .band.calibrated import calibrated_bands
 from .band.gridded import grid_bands
-from .band.requirement import Requirement, statement
+from .band.requirement import LEAST_RUNS, Requirement, statement
 from .band.worst import WorstCase
 from .features.features import NO_FEATURES, FeatureResult, FeatureTable
 from .features.ranking import Ranking
@@ -357,8 +358,15 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
         )
 
     def bands_of_first(self, runs: int, threads: int | None = None) -> dict[str, Band]:
-        """The bands of the first runs of a result of `Study.band` alone, by the rule of the whole."""
-        assert self.requirement is not None, "a result of Study.band"
+        """The bands of the first runs of a result of `Study.band` that did not fail, by the rule of all."""
+        checks = Checks()
+        checks.whole("runs", runs, least=LEAST_RUNS, most=len(self.parameters))
+        if self.requirement is None:
+            checks.add(
+                f"only a result of Study.band has bands of its first runs, not one of Study.{self.kind}"
+            )
+        checks.finish()
+        assert self.requirement is not None, "the checks let no other result pass"
         requirement = dataclasses.replace(self.requirement, runs=runs, failed=0)
         table = self.run_table(self.outputs)
         first = table[:runs].joined([table[len(table.kept) :]])

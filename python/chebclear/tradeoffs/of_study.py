@@ -16,8 +16,8 @@ from ..base.arguments import Checks
 from ..base.rows import Array
 from ..errors import ArgumentError, ArgumentTypeError, SimulationError
 from ..run.notices import issue
-from ..study.answers import LEAST_RUNS
 from ..study.band.band import Band
+from ..study.band.requirement import LEAST_RUNS
 from ..study.designs import carried_out, on_grid, spread_evenly
 from ..study.polynomials.points import uniform_points
 from ..study.polynomials.surrogate import MOST_RANGE_DEGREE, chebyshev_grid, tensor_grid
@@ -217,9 +217,10 @@ def _bands(runner: Runner, budgets: Sequence[int], seed: int) -> list[_Setting]:
     settings = []
     for count in budgets:
         start = time.perf_counter()
-        bands = largest.bands_of_first(count, runner.execution.threads)
+        failed = sum(one.index < count for one in largest.failures)
+        bands = largest.bands_of_first(count - failed, runner.execution.threads)
         seconds = time.perf_counter() - start + largest.seconds * (count + 1) / (most + 1)
-        stages = sum(one.stages for one in [*largest.stats[:count], *largest.stats[-1:]])
+        stages = sum(one.stages for one in [*largest.stats[: count - failed], *largest.stats[-1:]])
         settings.append(_Setting("band", None, count, count + 1, seconds, "done", bands, stages))
     return settings
 

@@ -177,7 +177,7 @@ def test_a_directory_that_cannot_be_written_is_found_before_the_runs(command, tm
         raise AssertionError("computed in vain")
 
     monkeypatch.setattr(paper, "case_study", never)
-    monkeypatch.setattr(importlib.import_module("chebclear.tradeoffs.of_scene"), "tradeoff", never)
+    monkeypatch.setattr(importlib.import_module("chebclear.cli.commands.tradeoff"), "tradeoff", never)
     (tmp_path / "file").write_text("")
     assert cli.main([*command, "--out", str(tmp_path / "file" / "results")]) == program.EXIT_BAD_INPUT
     assert "cannot write to" in capsys.readouterr().err
@@ -201,7 +201,7 @@ def test_a_demand_without_meaning_is_found_before_the_runs(words, problem, monke
     def never(*given, **options):
         raise AssertionError("computed in vain")
 
-    monkeypatch.setattr(importlib.import_module("chebclear.tradeoffs.of_scene"), "tradeoff", never)
+    monkeypatch.setattr(importlib.import_module("chebclear.cli.commands.tradeoff"), "tradeoff", never)
     with pytest.raises(SystemExit) as raised:
         cli.main(["tradeoff", *words])
     assert raised.value.code == program.EXIT_BAD_INPUT

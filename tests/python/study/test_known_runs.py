@@ -5,6 +5,7 @@ import warnings
 import chebclear as cc
 import numpy as np
 import pytest
+from refusals import refuses
 
 T = np.linspace(0.0, 1.0, 5)
 
@@ -61,3 +62,10 @@ def test_a_nominal_run_off_the_middle_is_where_it_is_in_bands_of_a_part_of_the_r
     result = cc.Study(lambda a: {"t": T, "y": np.full(5, a)}, {"a": side}).band(41)
     assert result["y"].verdict == "resolved" and result.nominal_parameters is None
     assert result.bands_of_first(20)["y"].verdict == "resolved"
+
+
+@pytest.mark.parametrize("runs", [2, 9, 0.5])
+def test_the_first_runs_of_a_band_are_three_or_more_of_them(runs):
+    result = cc.Study(lambda a: {"t": T, "y": np.full(5, a)}, {"a": cc.Interval(0.0, 1.0)}).band(8)
+    with refuses("runs"):
+        result.bands_of_first(runs)

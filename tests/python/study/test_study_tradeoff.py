@@ -172,3 +172,17 @@ def test_bands_of_a_linear_response_are_exact_from_few_runs_on():
     assert np.isclose(
         list(result)[1].width_error, nine["block.y"].width.mean() / result.reference_width - 1.0
     )
+
+
+def test_bands_are_of_the_runs_that_have_a_result():
+    def linear(a):
+        if a > 0.8:
+            raise ValueError("no mechanism")
+        return {"t": np.arange(3.0), "y": np.full(3, a)}
+
+    study = cc.Study(linear, {"a": cc.Interval(0.0, 1.0)})
+    with pytest.warns(cc.ChebclearWarning):
+        found = cc.study_tradeoff(study, degrees=[], points=[], runs=[20, 40], holdout=50)
+    assert [(one.runs, one.status) for one in found.points] == [(21, "done"), (41, "done")]
+    # A fifth of the mechanisms fail: the polynomial of the others reaches over the whole interval.
+    assert found.points[-1].width_error == pytest.approx([0.25], abs=0.05)

@@ -12,6 +12,8 @@ from ...execution.memory import Usage
 from .margin import Margin, Verdict, percent
 from .revolutions import Revolutions
 
+LEAST_RUNS = 3
+"""Fewest runs of a band [-]."""
 # Related to the least number of held-out runs that can verify a share of 0.1 %; see `needed_runs`.
 _UNSEEN = 0.0112
 # Persistence from which the runs and not their samples are the observations. Chains of pendulums with one
