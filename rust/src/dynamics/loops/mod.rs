@@ -44,9 +44,8 @@ pub(super) struct Loops {
     pub(super) acceleration_v: Vec<f64>,
     /// Right-hand sides of the Schur complement.
     pub(super) right: Vec<f64>,
-    /// Diagonal of W where the mass matrix is that with the closures, and W c of the last correction; else empty.
+    /// Diagonal of W where the mass matrix is that with the closures; else empty.
     pub(super) row_masses: Vec<f64>,
-    by_row_masses: Vec<f64>,
     /// Smallest pivot relative to the accelerance of its closure, where the closures are nearly dependent.
     weakest_pivot: f64,
     /// Whether the closures are nearly dependent, so that `s` is damped.
@@ -79,7 +78,6 @@ impl Loops {
             acceleration_q: vec![0.0; rows * columns],
             acceleration_v: vec![0.0; rows * columns],
             right: vec![0.0; rows],
-            by_row_masses: row_masses.clone(),
             row_masses,
             weakest_pivot: 1.0,
             nearly_dependent: false,
@@ -92,12 +90,21 @@ impl Loops {
     /// Corrects `x` to satisfy `E x + c = 0`, with the smallest change in the metric of the mass matrix. On
     /// entry `right` holds c; on return it holds the multipliers of the correction.
     pub(super) fn correct(&mut self, x: &mut [f64]) {
+        if self.row_masses.is_empty() { self.correct_by_multipliers(x) } else { self.correct_with_rows(x) }
+    }
+
+    /// The same where the factor is that of the mass matrix with the closures, which makes λ + W c of the multipliers λ.
+    #[inline(never)]
+    fn correct_with_rows(&mut self, x: &mut [f64]) {
+        let by_rows: Vec<f64> = self.row_masses.iter().zip(&self.right).map(|(mass, c)| mass * c).collect();
+        self.correct_by_multipliers(x);
+        self.right.iter_mut().zip(by_rows).for_each(|(multiplier, by)| *multiplier -= by);
+    }
+
+    #[inline(always)]
+    fn correct_by_multipliers(&mut self, x: &mut [f64]) {
         let rows = self.right.len();
         let d = x.len();
-        for (by, (mass, right)) in self.by_row_masses.iter_mut().zip(self.row_masses.iter().zip(&self.right))
-        {
-            *by = mass * right;
-        }
         for (right, row) in self.right.iter_mut().zip(self.e.chunks_exact(d.max(1))) {
             *right += row.iter().zip(&*x).map(|(e, x)| e * x).sum::<f64>();
         }
@@ -118,10 +125,6 @@ impl Loops {
             for (x, y) in x.iter_mut().zip(row) {
                 *x -= y * multiplier;
             }
-        }
-        // The mass matrix with the closures makes λ + W c of the multipliers λ.
-        for (multiplier, by) in self.right.iter_mut().zip(&self.by_row_masses) {
-            *multiplier -= by;
         }
     }
 
