@@ -148,10 +148,10 @@ impl HybridSystem for System<'_> {
     }
 
     fn looks_inside(&self) -> bool {
-        !self.motion.mechanism.films.is_empty()
+        self.motion.mechanism.tree.has_dampers()
     }
 
-    /// The power of a drive against a film is as wrong as its force, and with it the balance of energies.
+    /// The power of a drive against a damper or a film is as wrong as its force, and with it the balance of energies.
     fn inner_error(&self, accelerations: &[f64], of_polynomial: &[f64]) -> f64 {
         let scales = &self.motion.mechanism.scales;
         let (mut error, mut size) = (0.0_f64, scales.speed.powi(2) / scales.length);

@@ -383,6 +383,15 @@ pub struct Tree {
 }
 
 impl Tree {
+    /// Whether forces besides contacts and friction may depend on velocities.
+    pub fn has_dampers(&self) -> bool {
+        !(self.films.is_empty() && self.pulls.is_empty())
+            || self.motion_loads.iter().any(|load| load.law_of.is_none())
+            || self.links.iter().any(|link| link.damping != 0.0)
+            || self.bushings.iter().any(|one| one.damping != 0.0 || one.formulas[1].is_some())
+            || self.torsions.iter().any(|one| one.damping != 0.0 || one.formulas[1].is_some())
+    }
+
     /// Number of coordinates that are not functions of time alone.
     pub fn degrees_of_freedom(&self) -> usize {
         self.free.len()

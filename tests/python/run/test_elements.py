@@ -123,3 +123,26 @@ class TestFlywheel:
         np.testing.assert_allclose(speed, np.sqrt(2.0 * energy / reduced_inertia(angle, flywheel)), rtol=1e-7)
         np.testing.assert_allclose(run["energy.input"], torque * (angle - 0.7), rtol=0.0, atol=1e-7)
         assert angle[-1] > 3.0 * math.pi
+
+
+@pytest.mark.parametrize("method", ["auto", "rodas4", "rodas5p"])
+@pytest.mark.parametrize("damping", [1e6, 1e8])
+def test_a_stiff_damper_hands_on_the_force_of_a_drive(damping, method):
+    """Inside steps too, where the error of the velocity times the damping is a force."""
+    amplitude, frequency = 0.1, 10.0
+    scene = cc.Scene(
+        [cc.Body("driver", 1.0, 1e-3), cc.Body("driven", 1.0, 1e-3)],
+        [
+            cc.Prismatic(name, "ground", body, axis=(1.0, 0.0))
+            for name, body in (("a", "driver"), ("b", "driven"))
+        ],
+        [cc.Damper("damper", "driver", "driven", damping)],
+        [cc.motions.Motion("motor", "a", f"{amplitude}/{frequency}*sin({frequency}*time) - 0.1")],
+    )
+    run = cc.simulate(scene, duration=2.0, samples=1001, outputs=["motor.force"], method=method)
+    # v' = c (v_a - v) from rest: a steady oscillation once the start has died away.
+    cos, sin = np.cos(frequency * run.t), np.sin(frequency * run.t)
+    driver, scale = amplitude * cos, damping**2 + frequency**2
+    driven = damping * amplitude * (damping * cos + frequency * sin) / scale
+    force = -amplitude * frequency * sin + damping * (driver - driven)
+    assert run["motor.force"][5:] == pytest.approx(force[5:], abs=0.01 * 2.0 * amplitude * frequency)
