@@ -6,6 +6,9 @@ use crate::integrators::{
 };
 use crate::numerics::logarithm::power;
 
+/// Parts of a step at which its polynomial is judged: at one of them the error of a method may vanish (in the middle that
+/// of `rodas4` does for a damper: forces were off by 70 %; at a quarter that of `rodas5p` for a film: by 4 %).
+const INSIDE: [f64; 2] = [0.25, 0.5];
 /// Step-size factor of an attempt that failed (a number that is not finite, a singular W).
 const FAILURE_FACTOR: f64 = 0.1;
 /// Safety factor of the step-size controller, as in Hairer's RODAS. A step shrinks at most to a sixth and
@@ -88,12 +91,6 @@ pub(super) struct Run<'a> {
     pub(super) inner_v: Vec<f64>,
     pub(super) inner_guards: Vec<Guard>,
 }
-
-/// Part of a step over which the slope of its polynomial is a difference: the square of the part is far below a thousandth.
-const SLOPE_PART: f64 = 1.0 / 64.0;
-/// Parts of a step at which its polynomial is judged: at one of them the error of a method may vanish (in the middle that
-/// of `rodas4` does for a damper: forces were off by 70 %; at a quarter that of `rodas5p` for a film: by 4 %).
-const INSIDE: [f64; 2] = [0.25, 0.5];
 
 /// Integrates with a method from `t` to `end`; `q` and `v` are the start and become the end.
 pub fn integrate(
@@ -277,24 +274,21 @@ impl Run<'_> {
         if self.finish_dense().is_err() {
             return f64::INFINITY;
         }
-        INSIDE.iter().map(|&at| self.error_at(at)).fold(0.0, f64::max)
+        INSIDE.iter().map(|&part| self.error_at(part)).fold(0.0, f64::max)
     }
 
     /// The same at a part of the step.
-    fn error_at(&mut self, at: f64) -> f64 {
+    fn error_at(&mut self, part: f64) -> f64 {
         let step = self.method.step();
-        let (mut early, mut late) = (self.v.clone(), self.v.clone());
-        step.at(at - SLOPE_PART, &mut self.inner_q, &mut early);
-        step.at(at + SLOPE_PART, &mut self.inner_q, &mut late);
-        step.at(at, &mut self.inner_q, &mut self.inner_v);
-        let (t, apart) = (step.instant(at), 2.0 * SLOPE_PART * step.h);
-        let slopes: Vec<f64> = late.iter().zip(&early).map(|(late, early)| (late - early) / apart).collect();
+        step.at(part, &mut self.inner_q, &mut self.inner_v);
+        let (mut accelerations, mut of_polynomial) = (self.v.clone(), self.v.clone());
+        step.rates(part, &mut of_polynomial);
+        let t = step.instant(part);
         self.stats.evaluations += 1;
-        let accelerations = &mut early;
-        if !self.system.acceleration(t, &self.inner_q, &self.inner_v, accelerations) {
+        if !self.system.acceleration(t, &self.inner_q, &self.inner_v, &mut accelerations) {
             return f64::INFINITY;
         }
-        self.system.inner_error(accelerations, &slopes)
+        self.system.inner_error(&accelerations, &of_polynomial)
     }
 
     /// The same for a number of degrees of freedom that the compiler may know.
