@@ -49,7 +49,8 @@ impl Friction<'_> {
         }
         self.kept.multipliers.clone_from(&reacting.loops.multipliers);
         for (response, joint) in self.responses.iter_mut().zip(self.joints) {
-            response.accelerations = vec![0.0; self.q.len()];
+            response.accelerations.clear();
+            response.accelerations.resize(self.q.len(), 0.0);
             joint.reacting.iter().for_each(|&(freedom, factor)| response.accelerations[freedom] = factor);
             symmetric_solve(&reacting.mass, self.q.len(), &mut response.accelerations);
             response.without_loops = along(&joint.reacting, |freedom| response.accelerations[freedom]);

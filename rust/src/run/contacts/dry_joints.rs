@@ -1,8 +1,8 @@
 //! Ideal joints with friction: their spring, and sticking and sliding as phases with located guards.
 
 use crate::contact::sticking::Traction;
-use crate::integrators::Status;
 use crate::integrators::events::Guard;
+use crate::integrators::{StateAt, Status};
 use crate::mechanism::compiled::Mechanism;
 use crate::run::contacts::guards::{ONSET_PART, RATIO_PART};
 use crate::run::contacts::log::ContactLog;
@@ -178,7 +178,7 @@ pub(crate) fn cross_dry_joint(
     log: &mut ContactLog,
     (tolerances, rtol): (&Tolerances, f64),
     index: usize,
-    (time, q, v): (f64, &[f64], &[f64]),
+    StateAt { t: time, q, v }: StateAt,
 ) -> Result<(), Status> {
     // The joint may have changed with another at the same instant.
     let guard = dry_guard(motion, (tolerances, rtol), false, index);

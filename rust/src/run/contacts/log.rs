@@ -1,6 +1,7 @@
 //! The log of events and contacts that a run keeps, an observer of its steps; it is cut where the sampled time begins.
 
 use crate::dynamics::{SlotMotion, relative_motion};
+use crate::integrators::StateAt;
 use crate::integrators::dense::DenseStep;
 use crate::run::contacts::{Contact, Event, EventKind, ForceSample, OpenContact, Place, Stick};
 use crate::run::motion::Motion;
@@ -144,7 +145,7 @@ impl ContactLog {
     }
 
     /// Moves to the end of a phase of a joint and records the last force of its contact.
-    pub(crate) fn end_phase(&mut self, motion: &mut Motion, t: f64, index: usize, q: &[f64], v: &[f64]) {
+    pub(crate) fn end_phase(&mut self, motion: &mut Motion, index: usize, StateAt { t, q, v }: StateAt) {
         if self.open[index].is_none() {
             motion.dynamics.move_to(t, q, v);
             return;

@@ -2,6 +2,7 @@
 
 use crate::contact::pair::{Phase, Surfaces};
 use crate::dynamics::relative_motion;
+use crate::integrators::StateAt;
 use crate::run::contacts::OpenContact;
 use crate::run::contacts::guards::gap_resolution;
 use crate::run::contacts::log::ContactLog;
@@ -32,7 +33,7 @@ pub(crate) fn onset(
     motion: &mut Motion,
     tolerances: &Tolerances,
     rtol: f64,
-    (t, q, v): (f64, &[f64], &[f64]),
+    StateAt { t, q, v }: StateAt,
     index: usize,
 ) -> Onset {
     let mechanism = motion.mechanism;

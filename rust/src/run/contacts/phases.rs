@@ -212,17 +212,16 @@ impl<'a> Phases<'a> {
         guard: usize,
         at: StateAt,
     ) -> Result<Crossing, Status> {
-        let StateAt { t, q, v } = at;
         match self.watched(motion, guard) {
             Watched::Contact { slot, of_gap } => self.cross_contact(motion, slot, of_gap, at),
             Watched::Switch(switch) => {
-                let bound = cross_switch(motion, &mut self.log, switch, (t, q, v))?;
+                let bound = cross_switch(motion, &mut self.log, switch, at)?;
                 Ok(Crossing { bound, has_jump: false })
             }
             Watched::Sticking(slot) => Ok(self.cross_stick(motion, slot, at)),
             Watched::DryJoint(joint) => {
                 let limits = (&self.tolerances, self.settings.rtol);
-                cross_dry_joint(motion, &mut self.log, limits, joint, (t, q, v))?;
+                cross_dry_joint(motion, &mut self.log, limits, joint, at)?;
                 Ok(Crossing { bound: f64::INFINITY, has_jump: true })
             }
         }
@@ -234,9 +233,10 @@ impl<'a> Phases<'a> {
         motion: &mut Motion,
         index: usize,
         of_gap: bool,
-        StateAt { t, q, v }: StateAt,
+        at: StateAt,
     ) -> Result<Crossing, Status> {
-        self.log.end_phase(motion, t, index, q, v);
+        let t = at.t;
+        self.log.end_phase(motion, index, at);
         let mut crossing = Crossing { bound: f64::INFINITY, has_jump: false };
         if of_gap && self.cross_end(motion, index, t)? {
             return Ok(crossing);
@@ -245,7 +245,7 @@ impl<'a> Phases<'a> {
         let stored = spring_energy(motion, index);
         let (kind, phase) = match (of_gap, motion.dynamics.phases[index]) {
             (true, Phase::Free) => {
-                let onset = onset(motion, &self.tolerances, self.settings.rtol, (t, q, v), index);
+                let onset = onset(motion, &self.tolerances, self.settings.rtol, at, index);
                 self.log.impacts_at_floor[index] += usize::from(onset.is_at_floor);
                 (crossing.bound, normal_velocity) = (onset.first_step, onset.impact_velocity);
                 (EventKind::Onset, onset.phase)
@@ -306,14 +306,14 @@ impl<'a> Phases<'a> {
     }
 
     /// Lets a slot slide that stuck, or stick that slid.
-    fn cross_stick(&mut self, motion: &mut Motion, index: usize, StateAt { t, q, v }: StateAt) -> Crossing {
-        self.log.end_phase(motion, t, index, q, v);
+    fn cross_stick(&mut self, motion: &mut Motion, index: usize, at: StateAt) -> Crossing {
+        self.log.end_phase(motion, index, at);
         let normal_velocity = motion.dynamics.contact_state(index).penetration_rate;
         let stored = spring_energy(motion, index);
         // The contact may have ended at the same instant.
         let has_jump = cross_stick(motion, index).is_some_and(|kind| {
             let has_jump = account_spring(motion, index, stored);
-            self.log.record(Event { time: t, place: Place::Joint(index), kind, normal_velocity });
+            self.log.record(Event { time: at.t, place: Place::Joint(index), kind, normal_velocity });
             has_jump
         });
         Crossing { bound: f64::INFINITY, has_jump }

@@ -1,8 +1,8 @@
 //! Switches of expressions and tables as guards: a step ends where a force changes its form.
 
 use crate::dynamics::{SwitchDistance, Uncertainty};
-use crate::integrators::Status;
 use crate::integrators::events::Guard;
+use crate::integrators::{StateAt, Status};
 use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::{Event, EventKind, Place};
 use crate::run::motion::Motion;
@@ -42,7 +42,7 @@ pub(crate) fn cross_switch(
     motion: &mut Motion,
     log: &mut ContactLog,
     switch: usize,
-    (t, q, v): (f64, &[f64], &[f64]),
+    at: StateAt,
 ) -> Result<f64, Status> {
     let mechanism = motion.mechanism;
     let found = mechanism.motion_loads.iter().position(|load| load.switches().contains(&switch));
@@ -55,20 +55,20 @@ pub(crate) fn cross_switch(
     }
     let (mut place, mut normal_velocity) = (Place::Load(index), f64::NAN);
     if let Some(LawOf { slot, .. }) = load.law_of {
-        log.end_phase(motion, t, slot, q, v);
+        log.end_phase(motion, slot, at);
         place = Place::Joint(slot);
         normal_velocity = motion.dynamics.contact_state(slot).penetration_rate;
     }
-    let crossed = flip(motion, switch, t, q, v);
+    let crossed = flip(motion, switch, at);
     if load.tape.is_of_formula(switch - load.first_switch) {
-        log.record(Event { time: t, place, kind: EventKind::Switch, normal_velocity });
+        log.record(Event { time: at.t, place, kind: EventKind::Switch, normal_velocity });
     }
     crossed
 }
 
 /// Changes the state of a switch. Only its direction counts for what follows: both forms of the force may push the
 /// quantity back, as dry friction does at rest, and then there is no motion that an expression describes.
-fn flip(motion: &mut Motion, switch: usize, t: f64, q: &[f64], v: &[f64]) -> Result<f64, Status> {
+fn flip(motion: &mut Motion, switch: usize, StateAt { t, q, v }: StateAt) -> Result<f64, Status> {
     let rate = |motion: &mut Motion| {
         if !motion.dynamics.acceleration(t, q, v, &mut motion.a) {
             return Err(Status::NonFinite);
