@@ -157,9 +157,9 @@ class WearLife(Shown):
         return f"<WearLife: {self}>"
 
     def __str__(self) -> str:
-        cycles, what = (self.cycles[-1], "after") if math.isnan(self.life) else (self.life, "after")
+        cycles = self.cycles[-1] if math.isnan(self.life) else self.life
         return (
-            f"{_ENDS[self.end]} {what} {cycles:.4g} cycles, {self.depth[-1]:.3g} m deep, "
+            f"{_ENDS[self.end]} after {cycles:.4g} cycles, {self.depth[-1]:.3g} m deep, "
             f"{len(self.cycles)} runs"
         )
 

@@ -166,7 +166,7 @@ def _tables(
         elif len(result.t) != len(own.t) or np.max(np.abs(result.t - own.t)) > 1e-9 * (own.t[-1] - own.t[0]):
             checks.add(f"include[{index}] has other instants")
         if result.scene is not None and result.scene != own.scene:
-            checks.add(f"include[{index}] is of another runner: its midpoint is another scene")
+            checks.add(f"include[{index}] is of another study: its midpoint is another scene")
         elif result.parameter_names != tuple(runner.intervals):
             checks.add(f"include[{index}] has the parameters {', '.join(result.parameter_names)}")
         elif not in_box(runner.intervals, result.parameters):
