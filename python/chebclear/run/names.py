@@ -64,6 +64,13 @@ def near_output(name: object, columns: Sequence[str]) -> str:
         more = f" and {len(outputs) - _MOST} more" if len(outputs) > _MOST else ""
         return f"; its outputs are {', '.join(outputs[:_MOST])}{more}"
     owner, _, quantity = str(name).rpartition(".")
+    of_parts = [
+        f'"{column}"'
+        for column in columns
+        if column.startswith(f"{owner}.") and column.endswith(f".{quantity}")
+    ]
+    if owner and of_parts:  # the force of a joint that touches in several places
+        return f"; did you mean {' or '.join(of_parts)}?"
     own = [column for column in columns if column.rpartition(".")[0] == owner]
     meant = _MEANT.get(quantity.lower()) or _MEANT.get(_ABBREVIATED.get(quantity.lower(), ""), ())
     for group in meant:
@@ -78,6 +85,8 @@ def output_meant(name: object, columns: Sequence[str]) -> str:
 
     >>> output_meant("slider.velocity", ["slider.vx", "slider.vy", "guide.velocity"])
     '; did you mean "slider.vx" or "slider.vy"?'
+    >>> output_meant("pin.normal_force", ["pin.left.normal_force", "pin.right.normal_force"])
+    '; did you mean "pin.left.normal_force" or "pin.right.normal_force"?'
     >>> output_meant("piston.ax", ["slider.vx", "slider.vy", "guide.velocity"])
     '; there are outputs of slider, guide'
     """
