@@ -8,6 +8,7 @@ import chebclear as cc
 import matplotlib
 import matplotlib.patches as patches
 import numpy as np
+from chebclear.notices import CODES
 from files import files_page
 from gallery import example_pages
 from matplotlib.figure import Figure
@@ -20,6 +21,7 @@ def everything(folder: Path) -> None:
     folder.mkdir(exist_ok=True)
     (folder / "outputs.md").write_text(outputs_page(), encoding="utf-8")
     (folder / "features.md").write_text(features_page(), encoding="utf-8")
+    (folder / "notices.md").write_text(notices_page(), encoding="utf-8")
     (folder / "files.md").write_text(files_page(), encoding="utf-8")
     (folder / "references.bib").write_text(bibliography(), encoding="utf-8")
     example_pages(folder)
@@ -78,6 +80,12 @@ def features_page() -> str:
         for name in names
     ]
     return "| feature | what it is |\n|---|---|\n" + "\n".join(rows) + "\n"
+
+
+def notices_page() -> str:
+    """Every code of a notice with what it says."""
+    rows = [f"| `{code}` | {meaning} |" for code, meaning in CODES.items()]
+    return "| code | what it says |\n|---|---|\n" + "\n".join(rows) + "\n"
 
 
 def bibliography() -> str:

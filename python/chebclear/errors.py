@@ -72,6 +72,10 @@ class Problem(NamedTuple):
         return f"{self.path}: {self.message}"
 
 
+class UnknownKey(Problem):
+    """The problem of a key or field that there is not."""
+
+
 class ChebclearError(Exception):
     """Base of all exceptions of this package."""
 

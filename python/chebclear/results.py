@@ -14,9 +14,9 @@ from .decisions.rare import RareShare as RareShare
 from .decisions.wear import WearLife as WearLife
 from .execution.failures import FailedRun as FailedRun
 from .execution.plan import Plan as Plan
+from .notices import Notice as Notice
 from .run.accuracy import ErrorEstimate as ErrorEstimate
 from .run.contacts import Contact as Contact, Contacts as Contacts, Event as Event, Events as Events
-from .run.notices import Notice as Notice
 from .run.signals.cycles import Cycles as Cycles
 from .run.signals.spectrum import Spectrum as Spectrum
 from .run.trajectory import EndState as EndState, Stats as Stats

@@ -1,5 +1,5 @@
-//! Errors of an input: all problems at once, each with its path. In: problems; out: one error. Uses no other
-//! room.
+//! Errors of an input, all problems at once, each with its path; and notices of what should be checked but stops
+//! nothing. Uses no other room.
 
 use std::fmt;
 
@@ -22,6 +22,51 @@ impl Problem {
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: {}", self.path, self.message)
+    }
+}
+
+/// Something that should be checked but did not stop the computation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Notice {
+    /// What it is: programs tell notices apart by it. `chebclear/notices.py` lists all codes.
+    pub code: &'static str,
+    /// The contact joint or the fields of the scene that it is about.
+    pub about: Vec<String>,
+    /// Its numbers by name, in SI units.
+    pub numbers: Vec<(&'static str, f64)>,
+    /// The same in words.
+    pub text: String,
+}
+
+impl Notice {
+    /// A notice of a contact joint.
+    pub(crate) fn of_joint(
+        code: &'static str,
+        joint: &str,
+        numbers: Vec<(&'static str, f64)>,
+        what: impl fmt::Display,
+    ) -> Self {
+        Self { code, about: vec![joint.to_owned()], numbers, text: format!("joint {joint:?}: {what}") }
+    }
+
+    /// A notice of fields of the scene, by their paths.
+    pub(crate) fn of_fields(
+        code: &'static str,
+        paths: Vec<String>,
+        numbers: Vec<(&'static str, f64)>,
+        what: impl fmt::Display,
+    ) -> Self {
+        Self { code, text: format!("{}: {what}", paths.join(", ")), about: paths, numbers }
+    }
+
+    /// A notice of one field.
+    pub(crate) fn of_field(
+        code: &'static str,
+        path: impl Into<String>,
+        numbers: Vec<(&'static str, f64)>,
+        what: impl fmt::Display,
+    ) -> Self {
+        Self::of_fields(code, vec![path.into()], numbers, what)
     }
 }
 

@@ -58,7 +58,11 @@ class Unit(NamedTuple):
 
 
 class UnitError(ValueError):
-    """A quantity that cannot be read, or has another dimension than its place."""
+    """A quantity that cannot be read, or of a wrong dimension; `hint` says what may be meant."""
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message + hint)
+        self.message, self.hint = message, hint
 
 
 def _dimension(mass: int = 0, length: int = 0, time: int = 0) -> Dimension:
@@ -152,7 +156,7 @@ def parse_unit(text: str) -> Unit:
             if found is None or symbol not in UNITS:
                 if (word, part, sign) == ("1", above.strip(), 1):
                     continue
-                raise UnitError(f'unknown unit "{symbol}"{_near(symbol, UNITS)}')
+                raise UnitError(f'unknown unit "{symbol}"', _near(symbol, UNITS))
             power = sign * Fraction(found[2] or 1)
             if abs(power) > 12:
                 raise UnitError(f'"{word}" has a power above 12')
@@ -186,7 +190,7 @@ def convert(text: str, unit: str) -> float:
     except UnitError as error:
         # Units of the place, rather than any that has a similar symbol.
         hint = _fitting(found[2], unit, wanted) if wanted else ""
-        raise UnitError(str(error).partition("; did you mean")[0] + hint if hint else str(error)) from None
+        raise UnitError(error.message, hint or error.hint) from None
     if wanted and given.dimension not in wanted:
         hint = _fitting(found[2], unit, wanted)
         raise UnitError(f'"{found[2]}" is not of the dimension of [{unit}]{hint}')

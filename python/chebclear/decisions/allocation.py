@@ -16,9 +16,9 @@ from ..base.prefixes import format_quantity
 from ..base.shown import Shown, capital, listed
 from ..base.tables import format_table
 from ..errors import ArgumentTypeError
+from ..notices import Notice, WithNotices, issue
 from ..report import html
 from ..report.document import Document, Picture, Section, Table
-from ..run.notices import Notice, WithNotices, issue
 from ..run.report import version_fact, warnings_section
 from ..scene.distributions import Distribution
 from ..scene.scene import Interval

@@ -19,10 +19,10 @@ from ..base.prefixes import format_quantity, format_range
 from ..base.rows import Array
 from ..base.shown import Shown, in_a_sentence, listed
 from ..errors import ArgumentError, ArgumentTypeError
+from ..notices import Notice, WithNotices, issue
 from ..report import html
 from ..report.document import Document, Items, Picture, Section, Table
 from ..run.continuation import changes
-from ..run.notices import Notice, WithNotices, issue
 from ..run.report import version_fact, warnings_section
 from ..scene.distributions import Distribution
 from ..scene.scene import Interval

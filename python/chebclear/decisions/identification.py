@@ -16,7 +16,7 @@ from ..base.prefixes import format_range
 from ..base.rows import Array
 from ..base.shown import Shown, listed
 from ..errors import ArgumentTypeError
-from ..run.notices import Notice, issue
+from ..notices import Notice, issue
 from ..scene.scene import Interval
 from ..study.polynomials.points import on_cube
 from ..study.results import StudyResult

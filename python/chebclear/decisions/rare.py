@@ -14,7 +14,7 @@ from ..base.rows import Array
 from ..base.shown import listed
 from ..errors import ArgumentError, ArgumentTypeError
 from ..execution.failures import AllFailedError
-from ..run.notices import issue
+from ..notices import issue
 from ..scene.scene import Interval
 from ..study.conforming import Watched, extremes_of, watching_for
 from ..study.polynomials.surrogate import Surrogate, time_blocks

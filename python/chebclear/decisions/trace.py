@@ -14,8 +14,8 @@ from ..base.rows import Array
 from ..base.units import unit
 from ..errors import ArgumentError
 from ..execution.failures import AllFailedError
+from ..notices import Notice
 from ..run.features import JOINT_KINDS, Feature
-from ..run.notices import Notice
 from ..scene.columns import column_unit
 from ..scene.scene import Interval
 from ..study.features.traces import Crossings, OfSamples

@@ -11,7 +11,7 @@ import numpy as np
 from ..base.progress import Progress
 from ..base.rows import Array
 from ..errors import ChebclearError
-from ..run.notices import Notice
+from ..notices import Notice
 from ..run.settings import Settings
 from ..scene.structure import FlatScene
 from .counts import STATS

@@ -12,7 +12,7 @@ from ..base.named import ReadOnlyDict
 from ..base.rows import Array
 from ..base.units import unit
 from ..errors import ChebclearError, Problem, SceneError, cut, describe, error_text
-from ..run.notices import Notice
+from ..notices import Notice
 from .limited import CallError, TimeLimitError
 from .options import ExecutionOptions
 from .pieces import NOT_BEGUN, NOT_FINITE, SCENE, TIME_LIMIT, End

@@ -206,6 +206,4 @@ def threads_started() -> Iterator[None]:
     try:
         yield
     except RuntimeError as error:
-        if "start new thread" not in str(error):
-            raise
         raise MemoryLimitError("no further thread can be started: memory or processes are limited") from error

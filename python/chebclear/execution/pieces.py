@@ -23,7 +23,7 @@ from .. import _core
 from ..base.rows import Array
 from ..base.units import unit
 from ..errors import InputError, Problem, SettingsError
-from ..run.notices import Notice, as_plain
+from ..notices import Notice, as_plain
 from ..run.settings import LEAST_RTOL, Settings
 from ..scene.structure import FlatScene
 from .counts import STATS

@@ -19,8 +19,8 @@ from ..base.named import Named
 from ..base.rows import Array
 from ..base.units import unit
 from ..errors import UnknownNameError
+from ..notices import HORIZON, Notice
 from .names import output_meant
-from .notices import HORIZON, Notice
 
 HORIZON_PART = 0.01
 """Difference at which runs have diverged, relative to the range of the output [-]."""

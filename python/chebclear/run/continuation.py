@@ -8,10 +8,10 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from ..errors import Problem, StartError
+from ..notices import Notice
 from ..scene.parts import joints_with_play, owner_of
 from ..scene.scene import Scene, Table, compiled
 from ..scene.schema import join
-from .notices import Notice
 from .settings import Settings
 from .trajectory import EndState
 
@@ -41,19 +41,19 @@ def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[Not
     for plain in (before, after):
         if not scene.couplings:  # where wheels are put together by the first start
             plain.pop("start", None)  # it does not matter for a continuation
-    found = [f"{path}: {one}, now {other}" for path, one, other in changes(before, after)]
+    found = {path: f"{path}: {one}, now {other}" for path, one, other in changes(before, after)}
     if not found:
         return ()
     _require_kinds(start.scene, scene)
     _require_whole(scene, start, settings)
-    named = "; ".join(found[:_NAMED])
+    named = "; ".join([*found.values()][:_NAMED])
     if len(found) > _NAMED:
         named += f"; and {len(found) - _NAMED} more"
     warning = (
         f"the run continues with another scene than it ended with: {named}. Coordinates and velocities of "
         "the joints are kept, except those that drives prescribe; energy.balance has a step"
     )
-    return (Notice("other_scene", warning),)
+    return (Notice("other_scene", warning, tuple(found)),)
 
 
 def _require_kinds(before: Scene, after: Scene) -> None:

@@ -13,12 +13,12 @@ import numpy as np
 from ..base.arguments import Checks
 from ..base.progress import bar, is_request
 from ..errors import SimulationError
+from ..notices import Notice, issue
 from ..scene.scene import Scene, compiled
 from .accuracy import ErrorEstimate, chaos_horizon, output_ranges, past_horizon
 from .contacts import Contacts, Events
 from .continuation import continuation
 from .features import Feature
-from .notices import SCENE, Notice, issue
 from .settings import LEAST_RTOL, RunOptions, Settings, revolution_of, with_settings
 from .tracking import settling_time
 from .trajectory import EndState, Stats, Trajectory
@@ -116,7 +116,7 @@ def simulate(
     facts = scene.check()
     settings = settings.fitted(facts)
     # Warned of before the run: wrong numbers in a scene may make it long.
-    issue(Notice(SCENE, text) for text in facts.warnings)
+    issue(facts.notices)
     changes: tuple[Notice, ...] = ()
     if start is not None:
         changes = continuation(scene, start, settings)
@@ -131,7 +131,7 @@ def simulate(
             estimate = _estimate(trajectory, companions)
             lost = past_horizon(estimate, settling_time(scene), trajectory.end_time)
             trajectory = dataclasses.replace(trajectory, error=estimate, notices=trajectory.notices + lost)
-    issue(one for one in trajectory.notices if one.code != SCENE)
+    issue(one for one in trajectory.notices if one not in facts.notices)
     if not trajectory.success and on_failure == "raise":
         failure = SimulationError(
             trajectory.status,

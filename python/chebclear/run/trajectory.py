@@ -22,6 +22,7 @@ from ..base.shown import Shown
 from ..base.units import unit, units
 from ..data.dataset import Dataset, Variable, records as table_variables
 from ..data.exports import Exports
+from ..notices import Notice, WithNotices
 from ..scene.columns import column_unit
 from ..scene.scene import Scene, compiled
 from .accuracy import ErrorEstimate
@@ -29,7 +30,6 @@ from .contacts import Contacts, Events
 from .dataset import common_facts
 from .features import EXTREMA, Extremum, Feature
 from .names import column_index
-from .notices import Notice, WithNotices
 from .settings import Settings, checked_settings, require_features
 from .signals.signals import WithSignals
 from .tracking import settling_time

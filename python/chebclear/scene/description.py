@@ -71,8 +71,8 @@ def describe_scene(scene: Scene) -> str:
         lines += ["This scene cannot be simulated:", *(f"  {problem}" for problem in problems)]
     else:
         lines += _mobility(scene, facts)
-        if facts.warnings:
-            lines += ["numbers to check", *(f"  {warning}" for warning in facts.warnings)]
+        if facts.notices:
+            lines += ["numbers to check", *(f"  {notice}" for notice in facts.notices)]
     return "\n".join(lines)
 
 

@@ -8,6 +8,7 @@ from typing import ClassVar, TypeAlias
 
 from ..base.shown import Shown
 from ..base.units import unit
+from ..notices import Notice
 from .forces import Bushing, Damper, Force, Gravity, Spring, Torque, TorsionDamper, TorsionSpring
 from .laws import (
     CONTACT_LAWS,
@@ -376,7 +377,7 @@ class Inspection(Shown):
         On which side each loop was closed, as signs -1 and 1 that change only where two ways to close it
         meet, and 0 near there [-]. Clearance joints close loops too. Loops that close only together have one
         sign for all their ways; those that neither a drive nor a given position holds have none.
-    warnings : tuple[str, ...]
+    notices : tuple[Notice, ...]
         Numbers that look wrong or seem to be in another unit, each with its path; a simulation warns of them.
     """
 
@@ -390,7 +391,7 @@ class Inspection(Shown):
     cut_joints: tuple[str, ...]
     impact_velocity_floors: tuple[float, ...] = field(metadata=unit("m/s"))
     branch: tuple[int, ...]
-    warnings: tuple[str, ...]
+    notices: tuple[Notice, ...]
 
     @property
     def clearance_joints(self) -> tuple[str, ...]:

@@ -24,6 +24,7 @@ from ..base.arguments import Checks
 from ..base.quantities import Interval as Interval, rpm as rpm
 from ..base.units import unit
 from ..errors import ArgumentError, Problem, SceneError
+from ..notices import Notice
 from ..report import html
 from ..report.document import Listing
 from .description import describe_scene, summarize_scene
@@ -264,6 +265,7 @@ class Scene(Part):
             name: tuple(fact) if isinstance(fact, list) else fact for name, fact in facts.items()
         }
         fields["poses"] = tuple((x, y, angle) for x, y, angle in facts["poses"])
+        fields["notices"] = Notice.of_core(facts["notices"])
         return Inspection(**fields)
 
     def describe(self) -> str:

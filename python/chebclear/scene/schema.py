@@ -18,7 +18,7 @@ from typing import Any, ClassVar, Self, TypeAlias, TypeVar
 import numpy as np
 
 from ..base.arguments import as_number, did_you_mean, meant_or_known
-from ..errors import Problem
+from ..errors import Problem, UnknownKey
 
 Vector: TypeAlias = tuple[float, float]
 Numbers: TypeAlias = Sequence[float]
@@ -330,7 +330,7 @@ def read(plain: Any, accepted: tuple[type[Part], ...], path: str, problems: list
         elif item.default is dataclasses.MISSING and item.default_factory is dataclasses.MISSING:
             problems.append(Problem(where, f"is missing{_meaning(part, item.name)}"))
     names = [item.name for item in _fields(part)]
-    problems += [Problem(join(path, name), f"unknown field{_field_meant(name, names)}") for name in left]
+    problems += [UnknownKey(join(path, name), f"unknown field{_field_meant(name, names)}") for name in left]
     return part(**values) if len(problems) == before else None
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from ..base.arguments import Checks
 from ..errors import ArgumentError
 from ..execution.failures import count_failed
-from ..run.notices import Notice
+from ..notices import Notice
 from .band.limits import largest_clearances, physical_limits
 from .band.notices import doubts, early_widths, remarks, told_holes
 from .band.requirement import LEAST_RUNS, Requirement

@@ -10,8 +10,8 @@ import numpy as np
 
 from ..base.arguments import Checks, did_you_mean
 from ..errors import ArgumentError
+from ..notices import HORIZON, Notice
 from ..run.accuracy import BY_ANGLE
-from ..run.notices import HORIZON, Notice
 from ..run.settings import LEAST_RTOL, MOST_SAMPLES, Settings
 from ..run.signals.resampling import interpolated, refined
 from ..run.simulation import run_scene

@@ -17,8 +17,8 @@ from ..base.rows import Array
 from ..errors import ArgumentError, ArgumentTypeError
 from ..execution.failures import AllFailedError, count_failed
 from ..execution.pieces import NOT_BEGUN
+from ..notices import Notice, issue
 from ..run.features import lowest, peak
-from ..run.notices import Notice, issue
 from ..run.settings import Settings
 from ..run.signals.resampling import at_angle
 from ..scene.columns import column_unit

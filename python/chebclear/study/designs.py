@@ -23,7 +23,7 @@ from ..execution.failures import FAILED, STOPPED, count_failed, failure_notices
 from ..execution.memory import Usage, room, study_memory, taken
 from ..execution.pieces import NOT_BEGUN
 from ..execution.plan import Plan, seconds_of
-from ..run.notices import Notice
+from ..notices import Notice
 from ..run.settings import Settings, checked_settings
 from .answers import joined, of_band, of_grid
 from .band.notices import SETTLING, UNDERSAMPLED

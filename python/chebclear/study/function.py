@@ -14,7 +14,7 @@ from ..base.rows import Array
 from ..base.shown import listed
 from ..errors import ArgumentError
 from ..execution.failures import FAILED, AllFailedError
-from ..run.notices import Notice, issue
+from ..notices import Notice, issue
 from .runner import Runner
 from .sources.asked import FeatureSpec, outputs_of
 from .sources.finished import FinishedRuns

@@ -21,10 +21,10 @@ from ..data.exports import Exports
 from ..errors import ArgumentError, UnknownNameError
 from ..execution.counts import STATS, Costs
 from ..execution.failures import FailedRun, count_failed
+from ..notices import Notice, WithNotices
 from ..report import html
 from ..report.document import Document
 from ..run.names import column_index
-from ..run.notices import Notice, WithNotices
 from ..run.settings import Settings
 from ..run.trajectory import Stats
 from ..scene.columns import column_unit

@@ -16,8 +16,8 @@ from ..base.arguments import Checks, meant_or_known
 from ..base.progress import Progress
 from ..execution.options import ExecutionOptions, OnFailure
 from ..execution.plan import Plan
+from ..notices import issue
 from ..run.features import Feature
-from ..run.notices import issue
 from ..run.settings import RunOptions, Settings, with_settings
 from ..scene.distributions import Distribution
 from ..scene.scene import Interval, Scene

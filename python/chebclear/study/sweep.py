@@ -19,10 +19,10 @@ from ..base.units import unit as unit_of
 from ..errors import ArgumentError, UnknownNameError
 from ..execution.batch import GatheredNotices
 from ..execution.failures import FAILED
+from ..notices import Notice, WithNotices, issue
 from ..report import html
 from ..report.document import Table
 from ..run.features import Feature
-from ..run.notices import Notice, WithNotices, issue
 from ..run.settings import Settings
 from ..run.signals.resampling import refined
 from ..run.simulation import run_scene

@@ -102,7 +102,7 @@ class _Reader:
                 hint = hint or (
                     '; an interval is given by "rel", by "plus" and "minus", by "limits", or by "fit"'
                 )
-                self.values.note((*path, key), f"unknown key{hint}")
+                self.values.unknown((*path, key), hint)
         ways = [way for way in _WAYS if any(key in facts for key in way)]
         if len(ways) > 1:
             words = " and ".join("/".join(way) for way in ways)

@@ -12,7 +12,7 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from ..base.arguments import as_number, meant_or_known
-from ..errors import ArgumentTypeError, Problem, SceneError, is_plain
+from ..errors import ArgumentTypeError, Problem, SceneError, UnknownKey, is_plain
 from ..scene.functions import Expression as FormulaOfMotion, names_of_motion, unit_of_points
 from ..scene.scene import Scene
 from ..scene.schema import Part, at_or_below
@@ -169,9 +169,7 @@ def _located(
         quoted = lines[place.line - 1][place.column - 1 : place.column] in ("'", '"')
         if isinstance(problem, ExpressionProblem) and path == problem.path and quoted:
             place = inside(text, starts[place.line - 1] + place.column - 1, place, problem.offset)
-        column = (
-            place.key_column if problem.message.startswith(("unknown key", "unknown field")) else place.column
-        )
+        column = place.key_column if isinstance(problem, UnknownKey) else place.column
         where = f"{name}:{place.line}:{column}: {problem.path}"
         shown = f"{problem.message}{pointed_at(lines[place.line - 1], column)}"
         found.append(((place.line, column), Problem(where, shown)))
@@ -196,7 +194,7 @@ class _Reader:
         names = [item.name for item in fields(Scene)]
         for key in self.file:
             if key not in SECTIONS:
-                self.values.note((key,), f"unknown key{meant_or_known(key, SECTIONS, most=20)}")
+                self.values.unknown((key,), meant_or_known(key, SECTIONS, most=20))
         scene = self._part({key: value for key, value in self.file.items() if key in names}, (Scene,), ())
         if not isinstance(scene, dict):
             raise SceneError(self.values.problems)

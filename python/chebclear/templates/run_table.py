@@ -8,7 +8,7 @@ from typing import Any
 
 from ..base.arguments import Checks, meant_or_known
 from ..base.units import is_quantity, units
-from ..errors import SceneError, is_plain
+from ..errors import ArgumentError, ArgumentTypeError, SceneError, is_plain
 from ..run.features import JOINT_KINDS, KINDS, Feature, meant_kind
 from ..run.settings import RunOptions, Settings, require_features
 from ..scene.columns import column_unit
@@ -44,7 +44,7 @@ def read_run(given: Any, constants: Mapping[str, float], values: Values) -> dict
         elif key in known:
             run[key] = value
         else:
-            values.note(("run", key), f"unknown key{meant_or_known(key, known, most=20)}")
+            values.unknown(("run", key), meant_or_known(key, known, most=20))
     if len(values.problems) == before:
         _check_settings(run, values)
     return run
@@ -53,10 +53,9 @@ def read_run(given: Any, constants: Mapping[str, float], values: Values) -> dict
 def _check_settings(run: Mapping[str, Any], values: Values) -> None:
     try:
         Settings(**_NEEDED | dict(run))
-    except (ValueError, TypeError) as error:
-        for line in str(error).split("\n"):
-            name, _, words = line.partition(" ")
-            values.note(("run", name), words)
+    except (ArgumentError, ArgumentTypeError) as error:
+        for name, message in error.problems:
+            values.note(("run", name), message)
 
 
 def read_features(given: Any, values: Values) -> dict[str, Feature]:
@@ -96,7 +95,7 @@ def read_requirements(given: Any, values: Values) -> dict[str, Specification]:
             continue
         unknown = [key for key in facts if key not in _LIMIT_KEYS]
         for key in unknown:
-            values.note((*path, key), f"unknown key{meant_or_known(key, _LIMIT_KEYS)}")
+            values.unknown((*path, key), meant_or_known(key, _LIMIT_KEYS))
         if "of" not in facts:
             values.note(path, "misses of, the name of an output or a feature")
         if unknown or "of" not in facts:
@@ -107,9 +106,9 @@ def read_requirements(given: Any, values: Values) -> dict[str, Specification]:
         limits = {key: facts[key] for key in ("above", "below", "joint") if key in facts}
         try:
             found[name] = require(facts["of"], at=at, **limits)
-        except (ValueError, TypeError) as error:
-            for line in str(error).split("\n"):
-                values.note(path, line)
+        except (ArgumentError, ArgumentTypeError) as error:
+            for problem in error.problems:
+                values.note((*path, "of" if problem.path == "quantity" else problem.path), problem.message)
     return found
 
 

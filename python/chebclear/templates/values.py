@@ -8,7 +8,7 @@ from typing import Any
 
 from ..base.arguments import as_number
 from ..base.units import UnitError, convert, is_quantity
-from ..errors import Problem
+from ..errors import Problem, UnknownKey
 from .expressions import Expression, ExpressionError, ExpressionProblem, parse
 from .template import path_text
 from .toml_text import Path
@@ -23,6 +23,10 @@ class Values:
     def note(self, path: Path, message: str) -> None:
         """Note a problem."""
         self.problems.append(Problem(path_text(path), message))
+
+    def unknown(self, path: Path, hint: str) -> None:
+        """Note a key that there is not."""
+        self.problems.append(UnknownKey(path_text(path), f"unknown key{hint}"))
 
     def number(self, value: Any, unit: str, path: Path) -> float | Expression | None:
         """A number in the SI unit of its place, or an expression; None, and a note, for anything else."""

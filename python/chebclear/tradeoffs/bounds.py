@@ -17,9 +17,9 @@ from ..base.tables import format_number, format_table, markdown_table
 from ..base.units import unit
 from ..data.dataset import Dataset, numbered
 from ..data.exports import Exports
+from ..notices import Notice, WithNotices
 from ..report import html
 from ..report.document import Document, Table
-from ..run.notices import Notice, WithNotices
 from .report import costs_document
 
 if TYPE_CHECKING:

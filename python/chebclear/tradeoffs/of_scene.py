@@ -13,8 +13,8 @@ import numpy as np
 from ..base.arguments import Checks
 from ..base.progress import Progress, is_request, reporter
 from ..errors import SimulationError
+from ..notices import issue
 from ..run.accuracy import chaos_horizon, output_ranges
-from ..run.notices import issue
 from ..run.settings import (
     MAX_EVENTS,
     MAX_STEPS,

@@ -15,7 +15,7 @@ from numpy.random import Generator, default_rng
 from ..base.arguments import Checks
 from ..base.rows import Array
 from ..errors import ArgumentError, ArgumentTypeError, SimulationError
-from ..run.notices import issue
+from ..notices import issue
 from ..study.band.band import Band
 from ..study.band.requirement import LEAST_RUNS
 from ..study.designs import carried_out, on_grid, spread_evenly

@@ -20,11 +20,11 @@ from ..base.units import unit
 from ..data.dataset import Dataset, numbered
 from ..data.exports import Exports
 from ..errors import ArgumentTypeError, UnknownNameError
+from ..notices import Notice, WithNotices
 from ..report import html
 from ..report.document import Document, Table
 from ..run.accuracy import HORIZON_PART
 from ..run.names import column_index
-from ..run.notices import Notice, WithNotices
 from ..run.settings import Settings
 from ..run.trajectory import Stats
 from ..scene.columns import column_unit

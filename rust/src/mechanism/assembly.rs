@@ -4,7 +4,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::dynamics::Dynamics;
-use crate::error::{InputError, Problem, Subject};
+use crate::error::{InputError, Notice, Problem, Subject};
 use crate::mechanism::branch::differs;
 use crate::mechanism::closing::{Closing, given_angle};
 use crate::mechanism::conditions::{Conditions, Level};
@@ -35,7 +35,7 @@ pub(crate) struct Assembled {
     /// What is added in every coupling [rad or m].
     pub(crate) offsets: Vec<f64>,
     /// Says that another assembly is about as near.
-    pub(crate) warning: Option<Problem>,
+    pub(crate) warning: Option<Notice>,
 }
 
 /// The start of a tree nearest to the given angles; of those that are about equally near the one on a branch that is
@@ -105,7 +105,7 @@ fn close_nearest(
     scene: &Scene,
     conditions: &mut Conditions,
     preferred: &[i8],
-) -> Result<(Vec<f64>, Option<Problem>), f64> {
+) -> Result<(Vec<f64>, Option<Notice>), f64> {
     let mut guess = initial_guess(dynamics.tree, scene);
     dynamics.move_to(0.0, &guess, &vec![0.0; guess.len()]);
     conditions.open_plays(dynamics, Level::Position);
@@ -180,7 +180,7 @@ fn close_from(dynamics: &mut Dynamics, conditions: &Conditions, guess: &[f64]) -
 }
 
 /// Warning that loops close as well in another way, whose coordinates are given, with the body that shows it best.
-fn two_ways(dynamics: &mut Dynamics, scene: &Scene, q: &[f64], other: &[f64]) -> Problem {
+fn two_ways(dynamics: &mut Dynamics, scene: &Scene, q: &[f64], other: &[f64]) -> Notice {
     let at_rest = vec![0.0; q.len()];
     let mut angles = [q, other].map(|q| {
         dynamics.move_to(0.0, q, &at_rest);
@@ -193,8 +193,10 @@ fn two_ways(dynamics: &mut Dynamics, scene: &Scene, q: &[f64], other: &[f64]) ->
     let most = (0..scene.bodies.len()).map(|body| apart(&body)).fold(0.0, f64::max);
     let body = (0..scene.bodies.len()).find(|body| apart(body) >= most * (1.0 - EQUAL)).unwrap_or(0);
     let name = scene.bodies.get(body).map_or("", |body| &body.name);
-    Problem::new(
+    Notice::of_field(
+        "two_assemblies",
         format!("bodies[{body}].angle"),
+        vec![("taken", taken[body]), ("other", other[body])],
         format!(
             "two ways to close the loops are about equally near to the given angles, with {name:?} at {:.4} and at \
              {:.4} [rad]; it starts at the first: give angles nearer to the way that is meant",

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Schur};
 
 use crate::dynamics::{Dynamics, Linearization};
-use crate::error::Problem;
+use crate::error::Notice;
 use crate::mechanism::assembly::{Assembled, assemble};
 use crate::scene::parts::{GuideShape, Joint, JointKind, Scene, Start};
 use crate::tree::elements::{Scales, State, Tree};
@@ -24,7 +24,7 @@ pub(crate) fn warning_of_equilibrium(
     start: &State,
     scales: &Scales,
     scene: &Scene,
-) -> Option<Problem> {
+) -> Option<Notice> {
     let rests =
         start.v.iter().zip(&scales.levers).all(|(v, lever)| (v * lever).abs() <= BALANCED * scales.speed);
     if !rests || scales.speed == 0.0 {
@@ -39,8 +39,10 @@ pub(crate) fn warning_of_equilibrium(
         growth(&ideal, &start, &scales)?
     };
     let tenfold = std::f64::consts::LN_10 / growth;
-    Some(Problem::new(
+    Some(Notice::of_field(
+        "unstable_start",
         "start",
+        vec![("tenfold", tenfold)],
         format!(
             "the mechanism starts at rest in an unstable equilibrium, such as an upright pendulum or a crank at \
              a dead center: a deviation grows tenfold in {tenfold:.2e} s, and rounding errors alone decide when and in \

@@ -2,7 +2,7 @@
 
 use std::ops::Deref;
 
-use crate::error::{InputError, Problem};
+use crate::error::{InputError, Notice};
 use crate::mechanism::assembly::{Assembled, assemble};
 use crate::mechanism::balance::warning_of_equilibrium;
 use crate::scene::parts::Scene;
@@ -19,8 +19,8 @@ pub struct Mechanism {
     pub scales: Scales,
     /// Signs that tell on which branch it is assembled.
     pub branch: Vec<i8>,
-    /// Numbers and units of the scene that look wrong, each with its path.
-    pub warnings: Vec<Problem>,
+    /// Numbers and units of the scene that look wrong, and what of its start may not be meant.
+    pub warnings: Vec<Notice>,
 }
 
 impl Mechanism {

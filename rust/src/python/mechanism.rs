@@ -11,13 +11,14 @@ use pyo3::types::PyDict;
 use super::arrays::{new_array, sample_times};
 use super::{abandoned_on_signal, input_error, stats, wait_for};
 use crate::dynamics::Dynamics;
+use crate::error::Notice;
 use crate::mechanism::compiled::Mechanism;
 use crate::mechanism::small_motions::small_motions;
 use crate::run::outputs::{column_names, further_column_names, sector_column_names};
 use crate::run::restart::Restart;
 use crate::run::settings::read_settings;
 use crate::run::tolerances::default_impact_velocity_floors;
-use crate::run::trajectory::{Contact, Event, Notice, check_restart, columns, event_joint, record};
+use crate::run::trajectory::{Contact, Event, check_restart, columns, event_joint, record};
 use crate::scene::reader::read_scene;
 use crate::tree::elements::{BodyPlacement, ContactSlot, State};
 
@@ -69,7 +70,7 @@ impl CompiledMechanism {
             "poses": poses,
             "cut_joints": cut,
             "impact_velocity_floors": floors,
-            "warnings": mechanism.warnings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            "notices": notices(&mechanism.warnings),
             "columns": column_names(mechanism),
             "further_columns": further_column_names(mechanism),
             "sector_columns": sector_column_names(mechanism),
@@ -215,14 +216,14 @@ fn contacts_dict<'py>(
 }
 
 /// A notice as Python makes its record of it: code, what it is about, numbers, text.
-pub(super) type PlainNotice<'a> = (&'a str, Option<&'a str>, BTreeMap<&'a str, f64>, &'a str);
+pub(super) type PlainNotice<'a> = (&'a str, &'a [String], BTreeMap<&'a str, f64>, &'a str);
 
 /// Notices for Python.
 pub(super) fn notices(notices: &[Notice]) -> Vec<PlainNotice<'_>> {
     notices
         .iter()
         .map(|Notice { code, about, numbers, text }| {
-            (*code, about.as_deref(), numbers.iter().copied().collect(), text.as_str())
+            (*code, about.as_slice(), numbers.iter().copied().collect(), text.as_str())
         })
         .collect()
 }

@@ -6,12 +6,12 @@ use crate::contact::normal::Latch;
 use crate::contact::pair::Phase;
 use crate::contact::sticking::Traction;
 use crate::dynamics::ContactLoss;
+use crate::error::Notice;
 use crate::error::{InputError, Problem, Subject};
 use crate::numerics::turns::Turns;
 use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::{Contact, OpenContact};
 use crate::run::motion::Motion;
-use crate::run::warnings::Notice;
 use crate::run::work::Work;
 use crate::scene::json::{Fields, Node, parse, read_object};
 
@@ -59,7 +59,7 @@ impl Memory {
         }
         is_unknown.then(|| Notice {
             code: "work_unknown",
-            about: None,
+            about: Vec::new(),
             numbers: Vec::new(),
             text: "work and losses count from the first start on, and the run that ended at the given start did \
                    not count them: they are NaN; name one of them in the outputs of that run too"

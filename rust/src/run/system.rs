@@ -2,6 +2,7 @@
 
 use crate::contact::pair::Phase;
 use crate::dynamics::Linearization;
+use crate::error::Notice;
 use crate::integrators::dense::DenseStep;
 use crate::integrators::events::Guard;
 use crate::integrators::{HybridSystem, Limits, Projection, StateAt, Status};
@@ -15,7 +16,7 @@ use crate::run::restart::Memory;
 use crate::run::samples::Samples;
 use crate::run::settings::Settings;
 use crate::run::tracking::Tracking;
-use crate::run::warnings::{Notice, of_scene};
+use crate::run::warnings::of_scene;
 use crate::run::work::balance::Balance;
 use crate::tree::elements::State;
 

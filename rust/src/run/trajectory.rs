@@ -1,5 +1,6 @@
 //! One run: a mechanism through time, sampled on a uniform grid.
 
+use crate::error::Notice;
 use crate::error::{InputError, Problem, Subject};
 use crate::integrators::{Outcome, Stats, Status, integrate};
 use crate::mechanism::compiled::Mechanism;
@@ -14,7 +15,6 @@ use crate::run::restart::{Memory, Restart};
 pub use crate::run::settings::{Method, Settings};
 use crate::run::system::System;
 use crate::run::tolerances::check_tolerances;
-pub use crate::run::warnings::Notice;
 use crate::run::warnings::of_run;
 use crate::tree::elements::State;
 use crate::tree::loads::MotionLoad;
@@ -374,7 +374,7 @@ fn finished(mut system: System, mut outcome: Outcome, mut end: State) -> Traject
         load: load.filter(|load| load.law_of.is_none()).map(|load| load.name.clone()),
         load_message: massless + &load_message,
         paradox: paradox.map(|slot| name_of(Place::Joint(slot))),
-        suspect_paths: mechanism.warnings.iter().map(|warning| warning.path.clone()).collect(),
+        suspect_paths: mechanism.warnings.iter().flat_map(|warning| warning.about.clone()).collect(),
         stats: outcome.stats,
         impacts_at_floor: system.phases.log.impacts_at_floor.iter().sum(),
         largest_projection: system.largest_projection,

@@ -1,37 +1,12 @@
-//! Notices of a run: what should be checked but did not stop it, with a code and numbers that programs read.
+//! Notices of a run: what should be checked but did not stop it.
 
 use crate::contact::pair::Surfaces;
-use crate::error::Problem;
+use crate::error::Notice;
 use crate::mechanism::compiled::Mechanism;
 use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::{Event, EventKind, Place};
 use crate::run::tolerances::Tolerances;
 use crate::run::work::balance::Balance;
-
-/// Something that should be checked.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Notice {
-    /// What it is: programs tell notices apart by it.
-    pub code: &'static str,
-    /// The clearance joint or the field of the scene that it is about.
-    pub about: Option<String>,
-    /// Numbers that differ from run to run, by name.
-    pub numbers: Vec<(&'static str, f64)>,
-    /// The same in words.
-    pub text: String,
-}
-
-impl Notice {
-    /// A notice of a clearance joint.
-    pub(crate) fn of_joint(
-        code: &'static str,
-        joint: &str,
-        numbers: Vec<(&'static str, f64)>,
-        what: impl std::fmt::Display,
-    ) -> Self {
-        Self { code, about: Some(joint.to_owned()), numbers, text: format!("joint {joint:?}: {what}") }
-    }
-}
 
 /// Penetration relative to the journal radius beyond which contact laws, which assume a small contact area,
 /// do not hold. Impacts of the paper's mechanism reach 1e-3; a jammed mechanism exceeds 1.
@@ -96,7 +71,7 @@ pub(crate) fn of_run(
     if unknown_samples > 0 {
         warnings.push(Notice {
             code: "unknown_samples",
-            about: None,
+            about: Vec::new(),
             numbers: vec![("samples", unknown_samples as f64)],
             text: format!(
                 "{unknown_samples} of the samples lie at a change point of the mechanism or next to it, where rounding \
@@ -155,7 +130,7 @@ fn warning_of_energy(mechanism: &Mechanism, balance: &Balance) -> Option<Notice>
         let (error, share) = (balance.worst, balance.worst / balance.largest);
         Notice {
             code: "energy_balance",
-            about: None,
+            about: Vec::new(),
             numbers: vec![("error", error), ("share", share)],
             text: format!(
                 "the energy balance has an error of {error:.1e} J, {:.2} % of the largest energy; forces and torques \
@@ -168,13 +143,7 @@ fn warning_of_energy(mechanism: &Mechanism, balance: &Balance) -> Option<Notice>
 
 /// The warnings that are known before the first step.
 pub(crate) fn of_scene(mechanism: &Mechanism) -> Vec<Notice> {
-    let of_field = |problem: &Problem| Notice {
-        code: "scene",
-        about: Some(problem.path.clone()),
-        numbers: Vec::new(),
-        text: problem.to_string(),
-    };
-    let mut warnings: Vec<Notice> = mechanism.warnings.iter().map(of_field).collect();
+    let mut warnings = mechanism.warnings.clone();
     for (joint, scales) in mechanism.slots.iter().zip(&mechanism.scales.contacts) {
         let out_of_range = joint.law.normal.out_of_range();
         warnings.extend(

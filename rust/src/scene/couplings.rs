@@ -4,6 +4,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::contact::normal::NormalLaw;
+use crate::error::Notice;
 use crate::expression::curve::{Beyond, Curve, Interpolation};
 use crate::expression::dimension::{Dimension, PLAIN};
 use crate::expression::grammar::Syntax;
@@ -265,8 +266,8 @@ impl Coupling {
         }
     }
 
-    /// The fields whose lengths look as if they were in millimeters, each with a warning.
-    pub(super) fn implausible(&self, scene: &Scene, longest: f64) -> Vec<(&'static str, String)> {
+    /// Warnings of lengths that look as if they were in millimeters.
+    pub(super) fn implausible(&self, scene: &Scene, path: &str, longest: f64) -> Vec<Notice> {
         let mut lengths = Vec::new();
         if let ([Ok(Coupled::Displacement(_)), Ok(Coupled::Angle(_))], CouplingLaw::Ratio(radius)) =
             (self.coordinates(scene), &self.law)
@@ -276,10 +277,10 @@ impl Coupling {
         lengths.extend(self.backlash.as_ref().map(|backlash| ("backlash", "backlash", backlash.play, WIDE)));
         let long = lengths.into_iter().filter(|(_, _, length, most)| length > most);
         long.map(|(field, what, length, _)| {
-            (
-                field,
-                format!("a {what} of {length} m: lengths are in meters, {length} mm are {}", length / 1e3),
-            )
+            let message =
+                format!("a {what} of {length} m: lengths are in meters, {length} mm are {}", length / 1e3);
+            let path = format!("{path}.{field}");
+            Notice::of_field("large_coupling", path, vec![("length", length)], message)
         })
         .collect()
     }

@@ -6,7 +6,7 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use crate::error::Problem;
+use crate::error::Notice;
 use crate::scene::parts::{
     Body, Drive, Ends, Force, GuideShape, Joint, JointKind, Scene, Start, same_points,
 };
@@ -37,38 +37,39 @@ const DEGREES: [f64; 2] = [10.0, 3600.0];
 
 impl Scene {
     /// Warnings of numbers and units that look wrong, in a scene without problems; each with its path.
-    pub fn implausible(&self) -> Vec<Problem> {
+    pub fn implausible(&self) -> Vec<Notice> {
         let mut warnings = Vec::new();
         self.warn_of_lengths(&mut warnings);
         self.warn_of_joints(&mut warnings);
         self.warn_of_angles(&mut warnings);
         for (index, coupling) in self.couplings.iter().enumerate() {
-            let found = coupling.implausible(self, LONG).into_iter();
-            let path = |field| format!("couplings[{index}].{field}");
-            warnings.extend(found.map(|(field, message)| Problem::new(path(field), message)));
+            warnings.extend(coupling.implausible(self, &format!("couplings[{index}]"), LONG));
         }
         for (index, force) in self.forces.iter().enumerate() {
             if let Force::Gravity { acceleration: [x, y] } = force
-                && (FALL_IN_MILLIMETERS[0]..=FALL_IN_MILLIMETERS[1]).contains(&x.hypot(*y))
+                && let fall = x.hypot(*y)
+                && (FALL_IN_MILLIMETERS[0]..=FALL_IN_MILLIMETERS[1]).contains(&fall)
             {
                 let message = format!(
                     "{} m/s^2 is the acceleration of free fall in mm/s^2: it is in m/s^2, {}",
-                    short(x.hypot(*y)),
-                    short(x.hypot(*y) / 1e3)
+                    short(fall),
+                    short(fall / 1e3)
                 );
-                warnings.push(Problem::new(format!("forces[{index}].acceleration"), message));
+                let path = format!("forces[{index}].acceleration");
+                warnings.push(Notice::of_field("free_fall", path, vec![("acceleration", fall)], message));
             }
         }
         warnings
     }
 
     /// Warns of bodies that are too light or too long, and of drives that are too fast for their size.
-    fn warn_of_lengths(&self, warnings: &mut Vec<Problem>) {
+    fn warn_of_lengths(&self, warnings: &mut Vec<Notice>) {
         let lengths = self.bodies.iter().map(Body::extent);
         let Some((index, longest)) = lengths.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b)) else {
             return;
         };
         let body = &self.bodies[index];
+        let path = format!("bodies[{index}].points");
         let millimeters =
             format!("lengths are in meters, {} mm are {}", short(longest), short(longest / 1e3));
         if longest > LONGEST {
@@ -77,7 +78,7 @@ impl Scene {
                 body.name,
                 short(longest)
             );
-            warnings.push(Problem::new(format!("bodies[{index}].points"), message));
+            warnings.push(Notice::of_field("long_body", path, vec![("length", longest)], message));
         } else if longest > LONG && body.mass > 0.0 && body.mass < LIGHT * longest.powi(3) {
             let message = format!(
                 "{:?} spans {} m and has a mass of {} kg, lighter than anything rigid of that length: {millimeters}",
@@ -85,13 +86,14 @@ impl Scene {
                 short(longest),
                 short(body.mass)
             );
-            warnings.push(Problem::new(format!("bodies[{index}].points"), message));
+            let numbers = vec![("length", longest), ("mass", body.mass)];
+            warnings.push(Notice::of_field("light_body", path, numbers, message));
         } else {
             self.warn_of_speeds(longest, warnings);
         }
     }
 
-    fn warn_of_speeds(&self, longest: f64, warnings: &mut Vec<Problem>) {
+    fn warn_of_speeds(&self, longest: f64, warnings: &mut Vec<Notice>) {
         for (index, drive) in self.drives.iter().enumerate() {
             if let Drive::Speed { speed, .. } = drive
                 && speed.abs() * longest > FASTEST
@@ -105,14 +107,16 @@ impl Scene {
                     short(*speed),
                     short(speed * TAU / 60.0)
                 );
-                warnings.push(Problem::new(format!("drives[{index}].speed"), message));
+                let numbers = vec![("speed", *speed), ("distance", longest)];
+                let path = format!("drives[{index}].speed");
+                warnings.push(Notice::of_field("fast_drive", path, numbers, message));
             }
         }
     }
 
     /// Warns of journals that are larger than the bodies they join, of very large clearances and of duplicate
     /// joints.
-    fn warn_of_joints(&self, warnings: &mut Vec<Problem>) {
+    fn warn_of_joints(&self, warnings: &mut Vec<Notice>) {
         let ends: Vec<Ends> = self.joints.iter().map(|joint| self.ends(joint)).collect();
         for (index, joint) in self.joints.iter().enumerate() {
             self.warn_of_guide(index, joint, warnings);
@@ -129,7 +133,9 @@ impl Scene {
                     short(reach),
                     short(radius / 1e3)
                 );
-                warnings.push(Problem::new(format!("joints[{index}].journal_radius"), message));
+                let numbers = vec![("journal_radius", radius), ("reach", reach)];
+                let path = format!("joints[{index}].journal_radius");
+                warnings.push(Notice::of_field("large_journal", path, numbers, message));
             }
             if *clearance > LOOSE * radius {
                 let message = format!(
@@ -139,23 +145,26 @@ impl Scene {
                     short(clearance / radius),
                     short(radius)
                 );
-                warnings.push(Problem::new(format!("joints[{index}].clearance"), message));
+                let numbers = vec![("clearance", *clearance), ("journal_radius", radius)];
+                let path = format!("joints[{index}].clearance");
+                warnings.push(Notice::of_field("large_clearance", path, numbers, message));
             }
             let twin = self.joints[..index].iter().zip(&ends).find(|(other, found)| {
                 matches!(other, Joint::Clearance { .. }) && same_points(&ends[index], found)
             });
             if let Some((twin, _)) = twin {
+                let path = format!("joints[{index}]");
                 let message = format!(
                     "{name:?} joins the same two points as {:?}: both act, as two bearings beside each other do; \
                      remove one if it is a copy",
                     twin.name()
                 );
-                warnings.push(Problem::new(format!("joints[{index}]"), message));
+                warnings.push(Notice::of_field("twin_joint", path, Vec::new(), message));
             }
         }
     }
 
-    fn warn_of_guide(&self, index: usize, joint: &Joint, warnings: &mut Vec<Problem>) {
+    fn warn_of_guide(&self, index: usize, joint: &Joint, warnings: &mut Vec<Notice>) {
         let (what, clearance, size) = match joint {
             Joint::Guide { shape: GuideShape::Block { height, clearance, .. }, .. } => {
                 ("height", *clearance, *height)
@@ -174,7 +183,9 @@ impl Scene {
                 short(clearance / size),
                 short(size)
             );
-            warnings.push(Problem::new(format!("joints[{index}].clearance"), message));
+            let numbers = vec![("clearance", clearance), ("size", size)];
+            let path = format!("joints[{index}].clearance");
+            warnings.push(Notice::of_field("large_clearance", path, numbers, message));
         }
     }
 
@@ -191,7 +202,7 @@ impl Scene {
     }
 
     /// Warns of angles beyond a turn that are round numbers in degrees; each number once, with all its paths.
-    fn warn_of_angles(&self, warnings: &mut Vec<Problem>) {
+    fn warn_of_angles(&self, warnings: &mut Vec<Notice>) {
         let mut found: Vec<(f64, f64, Vec<String>)> = Vec::new();
         for (path, angle) in self.angles() {
             let Some(degrees) = in_degrees(angle) else { continue };
@@ -201,8 +212,10 @@ impl Scene {
             }
         }
         for (degrees, angle, paths) in found {
-            warnings.push(Problem::new(
-                paths.join(", "),
+            warnings.push(Notice::of_fields(
+                "degrees",
+                paths,
+                vec![("angle", angle), ("degrees", degrees)],
                 format!(
                     "{} rad is more than a turn, and a round number of degrees: angles are in radians, {degrees} degrees are {}",
                     short(angle),

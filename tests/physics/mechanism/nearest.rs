@@ -289,7 +289,7 @@ fn tally(count: usize, seed: u64, within: Option<f64>) -> Tally {
         };
         let start = angles_at_start(&mechanism);
         let distances = built.distances(&guess);
-        let warned = mechanism.warnings.iter().any(|warning| warning.message.contains("equally near"));
+        let warned = mechanism.warnings.iter().any(|warning| warning.code == "two_assemblies");
         let second = distances.get(1).map_or(f64::INFINITY, |second| second.0);
         // Bodies that a slot holds together may be given angles a turn apart.
         let alone = |body: usize| {

@@ -101,4 +101,5 @@ def test_a_forgotten_center_of_mass_is_told(tmp_path, capsys):
         assert "bodies.slider" not in out  # all its joints are at one point
     path.write_text(text.replace(given, ""), encoding="utf-8")
     assert main(["check", str(path), "--no-picture", "--json"]) == 0
-    assert len(json.loads(capsys.readouterr().out)["remarks"]) == 1
+    (notice,) = json.loads(capsys.readouterr().out)["notices"]
+    assert (notice["code"], notice["about"]) == ("default_center", ["bodies.rod"])

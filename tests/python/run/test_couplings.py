@@ -374,8 +374,8 @@ def test_what_locks_or_is_tied_twice_is_refused_with_its_path(couplings, path, d
 
 
 def test_a_pitch_radius_in_millimeters_is_doubted():
-    (warning,) = wheels(Coupling("x", "slide.displacement", "a.angle", 50.0)).check().warnings
-    assert warning.startswith("couplings[0].law")
+    (notice,) = wheels(Coupling("x", "slide.displacement", "a.angle", 50.0)).check().notices
+    assert (notice.code, notice.about) == ("large_coupling", ("couplings[0].law",))
 
 
 FILE = """

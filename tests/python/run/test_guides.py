@@ -227,7 +227,7 @@ def test_assemblies_are_those_of_the_ideal_guide():
         off = poses[0] - poses[1]
         off[:, 2] = (off[:, 2] + np.pi) % (2 * np.pi) - np.pi
         assert np.abs(off).max() < 1e-9
-        assert len(found[0].warnings) == len(found[1].warnings)
+        assert len(found[0].notices) == len(found[1].notices)
 
 
 def test_a_study_varies_the_play():

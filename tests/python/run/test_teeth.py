@@ -249,8 +249,8 @@ def test_a_rattle_goes_on_from_its_middle():
 
 
 def test_a_backlash_in_millimeters_is_doubted():
-    (warning,) = pair(backlash=0.1, contact=Hertz(1e8)).check().warnings
-    assert warning.startswith(PLAY)
+    (notice,) = pair(backlash=0.1, contact=Hertz(1e8)).check().notices
+    assert (notice.code, notice.about) == ("large_coupling", (PLAY,))
 
 
 PRESSURE, CONTACT, PLAY = (f"couplings[0].{name}" for name in ("pressure_angle", "contact", "backlash"))

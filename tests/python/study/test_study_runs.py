@@ -6,7 +6,7 @@ from functools import partial
 import chebclear as cc
 import pytest
 from chebclear.execution.batch import GatheredNotices
-from chebclear.run.notices import Notice
+from chebclear.notices import Notice
 from notices import codes
 from refusals import refuses
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from chebclear.execution.batch import jammed
 from chebclear.execution.failures import set_apart
-from chebclear.run.notices import Notice
+from chebclear.notices import Notice
 from chebclear.study.polynomials.points import sobol_points
 from refusals import refuses
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from ...base.units import written
 from ...base.writing import complete_folder, file_name
+from ...notices import Notice
 from ...scene.columns import column_unit
 from ...scene.parts import ends_of, joints_with_play
 from ...scene.scene import ClearanceRevolute, Scene
@@ -37,8 +39,7 @@ def check(options: argparse.Namespace) -> int:
         print("left to defaults", *(f"  {text}" for text in remarks), sep="\n", end="\n\n")
     for line in [*_play(scene), *(_outputs(scene) if options.list_outputs else []), *_parameters(template)]:
         print(line)
-    warnings = scene.check().warnings
-    print(f"plausible: {'see the numbers to check above' if warnings else 'yes'}")
+    print(f"plausible: {'see the numbers to check above' if scene.check().notices else 'yes'}")
     if picture is not None:
         print(f"wrote    {picture}")
     words = "chebclear study FILE --out results" if template.intervals else "chebclear run FILE"
@@ -49,7 +50,7 @@ def check(options: argparse.Namespace) -> int:
     return 0
 
 
-def _remarks(template: Template, scene: Scene) -> list[str]:
+def _remarks(template: Template, scene: Scene) -> list[Notice]:
     """Defaults that may be slips: a center of mass that the file does not give, at one of several joints."""
     told = []
     ends = {end for joint in scene.joints for end in ends_of(joint)}
@@ -59,11 +60,13 @@ def _remarks(template: Template, scene: Scene) -> list[str]:
         used = {name: place for name, place in body.points.items() if f"{body.name}.{name}" in ends}
         there = [name for name, place in used.items() if place == body.center_of_mass]
         if there and len(set(used.values())) > 1:
-            told.append(
-                f'bodies.{body.name}: no center_of_mass is given, so it is at the joint "{there[0]}". Of a '
+            path = f"bodies.{body.name}"
+            text = (
+                f'{path}: no center_of_mass is given, so it is at the joint "{there[0]}". Of a '
                 "uniform link it is half way between its ends; if this is meant, as of a balanced crank, "
                 "write center_of_mass = [0, 0]"
             )
+            told.append(Notice("default_center", text, (path,)))
     return told
 
 
@@ -125,8 +128,7 @@ def _facts(template: Template, scene: Scene, picture: Path | None) -> dict[str, 
             }
             for name, one in template.parameters.items()
         },
-        "warnings": facts.warnings,
-        "remarks": _remarks(template, scene),
+        "notices": [asdict(one) for one in (*facts.notices, *_remarks(template, scene))],
         "picture": None if picture is None else str(picture),
     }
 

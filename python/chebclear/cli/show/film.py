@@ -28,7 +28,7 @@ def film_of(given: Scene, exaggerate: float, duration: float) -> tuple[Film, lis
     Clearances are drawn larger by the factor `exaggerate` [-].
     """
     scene = turning(given)
-    notes = list(given.check().warnings)
+    notes = list(map(str, given.check().notices))
     if scene is not given:
         joint = next(drive.joint for drive in scene.drives)
         notes.append(

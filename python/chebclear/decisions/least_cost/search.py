@@ -14,7 +14,7 @@ from ...base.arguments import Checks
 from ...base.rows import Array
 from ...base.tables import format_ends
 from ...errors import ArgumentError
-from ...run.notices import Notice
+from ...notices import Notice
 from ...scene.distributions import Distribution, Normal, Uniform
 from ...scene.scene import Interval
 from ...study.conforming import Watched, extremes_of, placed, shares_at, watching_for

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ...run.notices import Notice
+from ...notices import Notice
 from ...run.tracking import settling_time
 from ...scene.scene import Scene
 from ..polynomials.holes import HoleFit

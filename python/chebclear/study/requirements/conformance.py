@@ -12,9 +12,9 @@ from ...base import files as records
 from ...base.named import Named
 from ...base.rows import Array
 from ...base.shown import listed
+from ...notices import Notice
 from ...report import html
 from ...report.document import Table
-from ...run.notices import Notice
 from .exact import exact_interval
 from .specification import Specification
 

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 from ...base.arguments import Checks, as_number, meant_or_known
 from ...base.rows import Array
 from ...errors import ArgumentError, ArgumentTypeError, describe
+from ...notices import Notice
 from ...run.features import Feature
 from ...run.names import column_index
-from ...run.notices import Notice
 from ...run.settings import Settings
 from ...run.signals.signals import WithSignals
 from ...run.simulation import run_scene

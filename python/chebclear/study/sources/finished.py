@@ -11,8 +11,8 @@ import numpy as np
 from ...base.arguments import Checks, meant_or_known
 from ...base.rows import Array
 from ...errors import ArgumentError, describe
+from ...notices import Notice
 from ...run.features import Feature
-from ...run.notices import Notice
 from ...scene.scene import Interval
 from ..polynomials.points import is_grid, nominal_point, on_cube
 from .asked import checked_units, require_known

@@ -18,8 +18,8 @@ from ...errors import ArgumentError, describe
 from ...execution.failures import failure_notices
 from ...execution.limited import LimitedCalls
 from ...execution.store import Store
+from ...notices import Notice
 from ...run.features import JOINT_KINDS, Feature
-from ...run.notices import Notice
 from ...run.settings import RunOptions
 from ..polynomials.points import nominal_point
 from .asked import FeatureSpec, called, require_known

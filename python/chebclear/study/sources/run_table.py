@@ -13,7 +13,7 @@ from ...base.rows import Array
 from ...base.units import unit
 from ...execution.counts import Costs
 from ...execution.failures import FailedRun
-from ...run.notices import Notice
+from ...notices import Notice
 from ...run.settings import Settings
 from ...scene.scene import Scene
 

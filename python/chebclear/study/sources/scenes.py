@@ -32,7 +32,7 @@ from ...execution.limited import LimitedCalls
 from ...execution.memory import Usage
 from ...execution.pieces import NOT_BEGUN, SCENE, SETTINGS, End
 from ...execution.store import Store, scene_facts
-from ...run.notices import Notice
+from ...notices import Notice
 from ...run.settings import Settings
 from ...scene.scene import Scene
 from ...scene.structure import FlatScene, ManyScenes, Structure, Structures, number_at, unpacked

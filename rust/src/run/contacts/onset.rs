@@ -2,6 +2,7 @@
 
 use crate::contact::pair::{Phase, Surfaces};
 use crate::dynamics::relative_motion;
+use crate::error::Notice;
 use crate::integrators::StateAt;
 use crate::run::contacts::OpenContact;
 use crate::run::contacts::guards::gap_resolution;
@@ -9,7 +10,6 @@ use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::sticking::{begin_friction, new_traction};
 use crate::run::motion::Motion;
 use crate::run::tolerances::Tolerances;
-use crate::run::warnings::Notice;
 
 /// First step after an onset: this times `rtol`^(1/(n + 1)) times the time scale of the impact. The force
 /// grows as δ^n, which limits the order to n + 1 in the steps next to the onset. Measured for n = 1.5 on the

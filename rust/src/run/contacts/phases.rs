@@ -3,6 +3,7 @@
 
 use crate::contact::pair::{Phase, Surfaces};
 use crate::dynamics::{SlotContact, relative_motion};
+use crate::error::Notice;
 use crate::integrators::events::Guard;
 use crate::integrators::{StateAt, Status};
 use crate::mechanism::compiled::Mechanism;
@@ -17,7 +18,6 @@ use crate::run::contacts::{Event, EventKind, OpenContact, Place};
 use crate::run::motion::Motion;
 use crate::run::settings::Settings;
 use crate::run::tolerances::Tolerances;
-use crate::run::warnings::Notice;
 use crate::run::work::balance::Balance;
 use crate::tree::elements::State;
 use crate::tree::kinematics::Vec2;
