@@ -6,6 +6,7 @@ import dataclasses
 import math
 from collections.abc import Mapping, Sequence, ValuesView
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Self, get_type_hints, overload
 
 import numpy as np
@@ -40,6 +41,7 @@ from .polynomials.surrogate import BoundKind
 from .report.answer import main_numbers
 from .report.dataset import study_dataset
 from .report.document import study_document
+from .report.extent import sampled_ends
 from .report.summary import summary
 from .requirements.conformance import Conformance
 from .sources.run_table import RunTable
@@ -160,6 +162,11 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
         if self.spec is None:
             raise ArgumentError("the file of this result does not say how its study was made: make it again")
         return self.spec.study()
+
+    @cached_property
+    def ends(self) -> FeatureTable:
+        """The lowest and the largest sample of each output in each run, as features."""
+        return sampled_ends(self)
 
     @property
     def status(self) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from chebclear import _core
 from chebclear.study.band.requirement import tolerated_share
-from chebclear.study.features.effects import find_effects, legendre_terms, model_of
+from chebclear.study.features.effects import find_effects, fits_of, legendre_terms, model_of
 from chebclear.study.features.narrowing import find_narrowing
 from chebclear.study.features.reach import find_intervals
 from chebclear.study.polynomials.points import even_points
@@ -262,7 +262,8 @@ def test_points_are_even(parameters):
 def interval_of(points, values, nominal):
     """The interval of a feature whose nominal run is at the midpoint."""
     points = np.vstack([points, np.zeros(points.shape[1])])
-    (found,) = find_intervals(points, np.vstack([values, [[nominal]]])[:, :, None], True, filled=True)
+    values = np.vstack([values, [[nominal]]])[:, :, None]
+    (found,) = find_intervals(points, values, True, True, fits_of(points))
     return found
 
 

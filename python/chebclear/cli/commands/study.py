@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import sys
+import threading
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from ...study.results import StudyResult
@@ -89,6 +91,9 @@ def carry_out(
     plan = None if is_bounded and not options.plan else plan_of(made, method, given, options)
     if options.plan:
         return 0
+    if options.out is not None:
+        # The report will draw: what it draws with can be imported while the runs are made.
+        threading.Thread(target=import_module, args=["matplotlib.figure"]).start()
     result: StudyResult = getattr(made, method)(**given)
     followed = any(band.verdict == "resolved" and band.surrogate is not None for band in result.values())
     check = getattr(options, "check", False)

@@ -118,10 +118,11 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
         """As `points`, of the nominal run."""
         return on_cube(self.intervals, nominal_point(self.intervals, self.nominal_parameters))
 
-    @property
-    def all_points(self) -> tuple[Array, bool]:
-        """Points of all runs, the nominal one last, and whether they fill the box."""
-        return np.vstack([self.points, self.nominal_point]), not self.failed and not self.leaves_out
+    @cached_property
+    def all_points(self) -> tuple[Array, bool, list[Fit]]:
+        """Points of all runs, the nominal one last; whether they fill the box, and the polynomials if so."""
+        points, filled = np.vstack([self.points, self.nominal_point]), not (self.failed or self.leaves_out)
+        return points, filled, fits_of(points) if filled else []
 
     @cached_property
     def fits(self) -> list[Fit]:
@@ -131,7 +132,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
     @cached_property
     def intervals_of_features(self) -> list[FeatureInterval]:
         """How far each feature reaches over the box; runs that failed count as outside."""
-        points, filled = self.all_points
+        points, filled, fits = self.all_points
         values = np.concatenate([self.runs, self.nominal[None]])
         share = len(self.runs) / (len(self.runs) + self.failed)
         return [
@@ -141,7 +142,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
                 whole_run=one.whole_run * share,
                 tolerated=one.tolerated * share,
             )
-            for one in find_intervals(points, values, self.random, filled=filled)
+            for one in find_intervals(points, values, self.random, filled, fits)
         ]
 
     @cached_property
@@ -251,8 +252,7 @@ class FeatureResult(records.ArrayRecord):
     @cached_property
     def ends(self) -> tuple[float, float]:
         """Ends of the `interval` alone, without its shares, which take ten times as long."""
-        points, filled = self.table.all_points
-        fits = fits_of(points) if filled else []
+        points, filled, fits = self.table.all_points
         lower, upper, _ = find_reach(points, np.vstack([self.values, self.nominal]), filled, fits)
         return lower, upper
 

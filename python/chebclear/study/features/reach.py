@@ -51,9 +51,11 @@ class FeatureInterval(Shown):
     tolerated: float
 
 
-def find_intervals(points: Array, values: Array, random: bool, *, filled: bool) -> list[FeatureInterval]:
+def find_intervals(
+    points: Array, values: Array, random: bool, filled: bool, all_fits: list[Fit]
+) -> list[FeatureInterval]:
     """The intervals of features from their values, shape (runs + 1, cycles, features), at points of
-    [-1, 1]^k.
+    [-1, 1]^k, and from the polynomials that all points allow.
 
     The nominal run is the last; the others may be spread at `random` over the box. It is `filled` if none
     have failed and the points leave out no part of it: else no polynomial is extrapolated.
@@ -67,9 +69,9 @@ def find_intervals(points: Array, values: Array, random: bool, *, filled: bool) 
         for column, own in enumerate(features):
             low, high, _ = find_reach(points[~out], own[~out], filled, fits)
             inside[column] += np.count_nonzero(np.all((own[out] >= low) & (own[out] <= high), axis=1))
-    fits, found = fits_of(points) if filled else [], []
+    found = []
     for own, count in zip(features, inside.tolist(), strict=True):
-        lower, upper, resolved = find_reach(points, own, filled, fits)
+        lower, upper, resolved = find_reach(points, own, filled, all_fits)
         found.append(
             FeatureInterval(
                 lower=lower,

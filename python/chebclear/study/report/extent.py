@@ -46,24 +46,34 @@ def asked_end(result: StudyResult, band: Band, end: End) -> FeatureResult | None
     """The feature of a study that is the lowest value or the peak of an output, if it has one."""
     asked = {} if result.spec is None else result.spec.features
     names = [name for name in result.features.names if asked.get(name) == Feature(end, band.name)]
-    return FeatureResult(names[0], result.features) if names else None
+    return result.features[names[0]] if names else None
 
 
 def sampled_end(result: StudyResult, band: Band, end: End) -> FeatureResult:
     """The smallest or the largest value of an output at the samples of each run, as a feature."""
-    name = f"the {'peak' if end == 'peak' else 'lowest value'} of {band.name}"
-    values = result.table(band.name)
-    ends = (np.max if end == "peak" else np.min)(values.reshape(len(values), -1), axis=1)
-    table = FeatureTable(
-        names=(name,),
-        runs=ends[:-1, None, None],
-        nominal=ends[-1:, None],
+    return result.ends[_END_WORDS[end] + band.name]
+
+
+_END_WORDS: dict[End, str] = {"lowest": "the lowest value of ", "peak": "the peak of "}
+
+
+def sampled_ends(result: StudyResult) -> FeatureTable:
+    """The features of `sampled_end` for all outputs, which share the polynomials of the points."""
+    names, lowest, largest = tuple(result.bands), [], []
+    for name in names:
+        table = result.table(name)
+        lowest.append(table.reshape(len(table), -1).min(axis=1))
+        largest.append(table.reshape(len(table), -1).max(axis=1))
+    values = np.stack(lowest + largest, axis=-1)[:, None, :]
+    return FeatureTable(
+        names=tuple(words + name for words in _END_WORDS.values() for name in names),
+        runs=values[:-1],
+        nominal=values[-1],
         intervals=result.intervals,
         parameters=result.parameters,
         random=result.requirement is not None,
-        units=(band.unit,),
+        units=2 * tuple(band.unit for band in result.bands.values()),
         failed=count_failed(result.failures),
         finished=result.spec is not None and result.spec.table,
         nominal_parameters=result.nominal_parameters,
     )
-    return FeatureResult(name, table)
