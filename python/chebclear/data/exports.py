@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import csv
 import os
 from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from . import matlab, tables, xarrays
+from ..base.tables import shown_by_spreadsheets
+from ..base.writing import replaced, with_default_suffix
+from . import matlab, xarrays
 from .dataset import Dataset
+from .needed import needed
 
 if TYPE_CHECKING:
     import pandas
@@ -43,7 +47,19 @@ class Exports(ABC):
         Path
             The file written.
         """
-        return tables.to_csv(self.dataset(), path)
+        data, path = self.dataset(), with_default_suffix(path, ".csv")
+        table = data.table()
+        head = [f"{name} [{data.unit(name)}]" if data.unit(name) else name for name in table]
+        # tolist gives Python's numbers, which are written with as many digits as they need.
+        columns = [
+            one.tolist() if one.dtype.kind in "fiub" else map(shown_by_spreadsheets, one.tolist())
+            for one in table.values()
+        ]
+        with replaced(path) as beside, beside.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(map(shown_by_spreadsheets, head))
+            writer.writerows(zip(*columns, strict=True))
+        return path
 
     def to_dataframe(self) -> pandas.DataFrame:
         """The table as a pandas data frame.
@@ -55,7 +71,13 @@ class Exports(ABC):
         ImportError
             If pandas is not installed.
         """
-        return tables.to_dataframe(self.dataset())
+        library, data = needed("pandas", "to_dataframe"), self.dataset()
+        # Copies: pandas takes its arrays as its own to write in.
+        table = {name: column.copy() for name, column in data.table().items()}
+        units = {name: data.unit(name) for name in table}
+        frame = library.DataFrame(table).set_index(data.axis)
+        frame.attrs = {"units": units, **data.facts}
+        return frame
 
     def to_xarray(self) -> xarray.Dataset:
         """Everything, runs and tables of contacts too, as an xarray dataset; units and facts as attributes.

@@ -62,20 +62,15 @@ def structures(flat: dict[str, Any], taken: tuple[str, ...] = ()) -> dict[str, A
     >>> structures({"rod.C.x": 1, "rod.angle": 2, "rod.C!.x": 3})
     {'rod': {'C': {'x': 1}, 'angle': 2, 'C_': {'x': 3}}}
     """
-    root: dict[str, Any] = {}
-    # The name that each structure got, by the words that lead to it: it gets one however often it comes.
-    given: dict[tuple[str, ...], str] = {}
+    # Words that lead on are structures, beside values of the same name.
+    entries: dict[tuple[str, bool], dict[str, Any]] = {}
     for name, value in flat.items():
-        *outer, last = name.split(".")
-        place, reserved = root, taken
-        for depth, word in enumerate(outer, start=1):
-            known = tuple(outer[:depth])
-            if known not in given:
-                given[known] = _free(matlab_name(word), {*place, *reserved})
-                place[given[known]] = {}
-            place, reserved = place[given[known]], ()
-        place[_free(matlab_name(last), {*place, *reserved})] = value
-    return root
+        word, dot, rest = name.partition(".")
+        entries.setdefault((word, dot != ""), {})[rest] = value
+    found: dict[str, Any] = {}
+    for (word, is_outer), inner in entries.items():
+        found[_free(matlab_name(word), {*found, *taken})] = structures(inner) if is_outer else inner[""]
+    return found
 
 
 def _free(name: str, occupied: set[str]) -> str:

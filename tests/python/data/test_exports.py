@@ -8,6 +8,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear.data.dataset import Dataset, Variable
+from chebclear.data.exports import Exports
 from chebclear.data.matlab import matlab_name, structures
 
 SCENE = cc.mechanisms.slider_crank(
@@ -135,10 +136,13 @@ def test_csv_replaces_a_file_whole_or_not_at_all(run, tmp_path):
     path = tmp_path / "run.csv"
     path.write_text("mine")
     wrong = Dataset("t", {"t": Variable(("t",), np.zeros(2)), "a": Variable(("t",), np.zeros(3))})
-    from chebclear.data.tables import to_csv
+
+    class Uneven(Exports):
+        def dataset(self):
+            return wrong
 
     with pytest.raises(ValueError, match=r"shorter|longer"):
-        to_csv(wrong, path)
+        Uneven().to_csv(path)
     assert path.read_text() == "mine" and list(tmp_path.iterdir()) == [path]
     run.to_csv(path)
     assert path.read_text().startswith("t [s],")
