@@ -155,38 +155,15 @@ def _has_type(value: Any, annotation: str) -> bool:
     return annotation != "str" or isinstance(value, str)
 
 
-def _damaged(path: str | os.PathLike[str], what: str) -> ArgumentError:
-    return ArgumentError(
-        f"{os.fspath(path)} is damaged: {what}; read a copy of it, or make and save the result again"
-    )
-
-
-def _load(path: str | os.PathLike[str], kind: str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """Arrays and facts of a file."""
-    with _opened(path) as (archive, facts):
-        if facts["kind"] != kind:
-            raise ArgumentError(f"{os.fspath(path)} holds a {facts['kind']}, not a {kind}")
-        names = sorted(name for name in archive.files if name != "metadata")
-        members = facts.get("members")
-        if not isinstance(members, list) or not all(isinstance(name, str) for name in members):
-            raise _damaged(path, "its list of members is none")
-        # Before any is unpacked, to a thousand times its size at worst.
-        differing = sorted(set(members) ^ set(names))
-        if differing:
-            raise _damaged(path, f"{', '.join(differing)} is missing or misnamed")
-        arrays: dict[str, NDArray[Any]] = {}
-        try:
-            for name in names:
-                member_header(archive, name)
-            for name in names:
-                arrays[name] = archive[name]
-                if not isinstance(arrays[name], np.ndarray):  # but bytes
-                    raise _damaged(path, f"{name} is no array")
-        except ArgumentError:
-            raise
-        except (KeyError, *DAMAGE) as error:
-            raise _damaged(path, str(error)) from None
-    return _Members(path, arrays), _Members(path, facts)
+def _arrays(archive: np.lib.npyio.NpzFile, facts: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
+    """The arrays of a file that has those which it lists."""
+    names = {name for name in archive.files if name != "metadata"}
+    if differing := sorted(set(facts["members"]) ^ names):
+        raise ValueError(f"{', '.join(differing)} is missing or misnamed")
+    # All of them before any is unpacked, to a thousand times its size at worst.
+    for name in names:
+        member_header(archive, name)
+    return {name: archive[name] for name in sorted(names)}
 
 
 # Deflate packs at most 1032 bytes into one.
@@ -207,17 +184,6 @@ def member_header(archive: Any, name: str) -> tuple[tuple[int, ...], np.dtype[An
     if member.file_size != size or size > _MOST_PACKED * member.compress_size + _LEAST_PACKED:
         raise ValueError(f"{name} is not as long as it says")
     return shape, dtype
-
-
-class _Members(dict[str, Any]):
-    """The members of a file; a missing one is reported as damage."""
-
-    def __init__(self, path: str | os.PathLike[str], members: Mapping[str, Any]) -> None:
-        super().__init__(members)
-        self._path = os.fspath(path)
-
-    def __missing__(self, name: str) -> Any:
-        raise _damaged(self._path, f"it has no {name}")
 
 
 def kind_of(path: str | os.PathLike[str]) -> str:
@@ -260,19 +226,16 @@ def same(first: Any, second: Any) -> bool:
         return bool(np.array_equal(first, second, equal_nan=floats))
     if type(first) is not type(second):
         return False
-    if dataclasses.is_dataclass(first) and (isinstance(first, ArrayRecord) or _by_fields(first)):
-        names = [item.name for item in dataclasses.fields(first) if item.compare]
+    if isinstance(first, ArrayRecord) or (
+        dataclasses.is_dataclass(first) and first.__dataclass_params__.eq  # type: ignore[union-attr]
+    ):
+        names = [item.name for item in dataclasses.fields(first) if item.compare]  # type: ignore[arg-type]
         return all(same(getattr(first, name), getattr(second, name)) for name in names)
     if isinstance(first, (list, tuple)):
         return len(first) == len(second) and all(map(same, first, second))
     if isinstance(first, dict):
         return first.keys() == second.keys() and all(same(first[key], second[key]) for key in first)
     return bool(first == second) or (first != first and second != second)
-
-
-def _by_fields(record: Any) -> bool:
-    """Whether a record equals another one by its fields, and has no say of its own."""
-    return bool(record.__dataclass_params__.eq)
 
 
 def _read_only(value: Any) -> Any:
@@ -452,11 +415,13 @@ class Saved(ArrayRecord):
         ValueError
             If the file holds something else, is damaged, or was written by a later version.
         """
-        arrays, facts = _load(path, cls.kind_of_file)
-        try:
-            return cls._from_contents(arrays, facts)
-        except (ValueError, LookupError, TypeError, AttributeError, OverflowError, RecursionError) as error:
-            # Of a file wrong types and names are damage; what else the package says of it stands.
-            if isinstance(error, ChebclearError) and isinstance(error, ValueError):
-                raise
-            raise ArgumentError(f"{os.fspath(path)} is no sound {cls.kind_of_file}: {error}") from error
+        with _opened(path) as (archive, facts):
+            if facts["kind"] != cls.kind_of_file:
+                raise ArgumentError(f"{os.fspath(path)} holds a {facts['kind']}, not a {cls.kind_of_file}")
+            try:
+                return cls._from_contents(_arrays(archive, facts), facts)
+            except (LookupError, TypeError, AttributeError, OverflowError, *DAMAGE) as error:
+                # Of a file wrong types and names are damage; what else the package says of it stands.
+                if isinstance(error, ChebclearError) and isinstance(error, ValueError):
+                    raise
+                raise ArgumentError(f"{os.fspath(path)} is no sound {cls.kind_of_file}: {error}") from error

@@ -24,8 +24,10 @@ def with_fields(
 
     def decorate(documented: Documented) -> Documented:
         function: Any = documented.__init__ if isinstance(documented, type) else documented  # type: ignore[misc]
-        own = inspect.signature(function)
-        kept = [item for item in own.parameters.values() if item.kind is not inspect.Parameter.VAR_KEYWORD]
+        signature = inspect.signature(function)
+        kept = [
+            item for item in signature.parameters.values() if item.kind is not inspect.Parameter.VAR_KEYWORD
+        ]
         named = {item.name for item in kept}
         # Where the documentation has them: behind the first keyword.
         place = 1 + next(
@@ -33,11 +35,12 @@ def with_fields(
         )
         names = [name for name in options.__annotations__ if name not in named]
         kept[place:place] = [_keyword(fields[name]) for name in names]
-        function.__signature__ = own.replace(parameters=kept)
+        function.__signature__ = signature.replace(parameters=kept)
         text = documented.__doc__
         if text and record.__doc__:  # not where Python drops docstrings
-            documentation = _documentation_of(record.__doc__, {*names, *further})
-            documented.__doc__ = inspect.cleandoc(text).replace(marker, documentation)
+            wanted = {*names, *further}
+            entries = [lines for own, lines in parameters_of(record.__doc__) if not wanted.isdisjoint(own)]
+            documented.__doc__ = inspect.cleandoc(text).replace(marker, "\n".join(map("\n".join, entries)))
         return documented
 
     return decorate
@@ -50,16 +53,14 @@ def _keyword(item: dataclasses.Field[Any]) -> inspect.Parameter:
     return inspect.Parameter(item.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=item.type)
 
 
-def _documentation_of(text: str, names: Collection[str]) -> str:
-    """The documentation of fields, from the section "Parameters" of a docstring."""
-    lines = inspect.cleandoc(text).partition("----------\n")[2].splitlines()
-    documentation, wanted = [], False
-    for line in lines:
-        heading = re.match(r"(\w[\w, ]*) : ", line)
-        if heading:
-            wanted = not set(heading[1].split(", ")).isdisjoint(names)
+def parameters_of(text: str) -> list[tuple[list[str], list[str]]]:
+    """Names and lines, the head first, of the entries in the section "Parameters" of a docstring."""
+    found: list[tuple[list[str], list[str]]] = []
+    for line in inspect.cleandoc(text).partition("Parameters\n----------\n")[2].splitlines():
+        if heading := re.match(r"(\w[\w, ]*) : ", line):
+            found.append((heading[1].split(", "), [line]))
         elif not line.startswith(" "):  # the end of the section
             break
-        if wanted:
-            documentation.append(line)
-    return "\n".join(documentation)
+        else:
+            found[-1][1].append(line)
+    return found

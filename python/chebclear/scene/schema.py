@@ -9,15 +9,14 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import inspect
 import math
-import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, ValuesView
 from typing import Any, ClassVar, Self, TypeAlias, TypeVar
 
 import numpy as np
 
 from ..base.arguments import as_number, did_you_mean, meant_or_known
+from ..base.options import parameters_of
 from ..errors import Problem, UnknownKey
 
 Vector: TypeAlias = tuple[float, float]
@@ -350,18 +349,8 @@ def _meaning(part: type[Part], name: str) -> str:
 
 def descriptions(part: type[Any]) -> dict[str, str]:
     """What the docstring says of each parameter."""
-    text = inspect.cleandoc(part.__doc__ or "")
-    found = re.search(r"Parameters\n-+\n(.*?)(?:\n\n[A-Z]\w+\n-+\n|\Z)", text, re.DOTALL)
-    words: dict[str, str] = {}
-    names: list[str] = []
-    for line in found[1].split("\n") if found else []:
-        head = re.match(r"(\w+(?:, \w+)*) : ", line)
-        if head:
-            names = head[1].split(", ")
-        elif line.strip():
-            for name in names:
-                words[name] = f"{words.get(name, '')} {line.strip()}".strip()
-    return words
+    entries = parameters_of(part.__doc__ or "")
+    return {name: " ".join(line.strip() for line in lines[1:]) for names, lines in entries for name in names}
 
 
 def _read_records(
