@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ..decisions.identification import Identification, identify
@@ -17,7 +16,7 @@ from ..study.study import Study
 from .output import Rows
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
 @dataclass(frozen=True)
@@ -53,16 +52,12 @@ class TraceFit:
         """The same with pictures."""
         one = self.found
         pictures = [
-            Picture(f"{found}.", partial(_draw, found), name=f"measured_{name}")
+            Picture(f"{found}.", found.plot, name=f"measured_{name}")
             for name, found in self.agreements.items()
         ]
         if one is not None:
-            pictures.append(Picture(f"{one}.", partial(_draw, one), name="identified"))
+            pictures.append(Picture(f"{one}.", one.plot, name="identified"))
         return Section("What was measured", [Items(str(self).split("\n")), *pictures])
-
-
-def _draw(one: Agreement | Identification, ax: Axes) -> None:
-    one.plot(ax=ax)
 
 
 def fit_of(made: Study, result: StudyResult, trace: Measured, options: argparse.Namespace) -> TraceFit:

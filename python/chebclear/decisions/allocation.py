@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -22,7 +21,7 @@ from ..report.document import Document, Picture, Section, Table
 from ..run.report import version_fact, warnings_section
 from ..scene.distributions import Distribution
 from ..scene.scene import Interval
-from ..study.requirements.conformance import Conformance, Share
+from ..study.requirements.conformance import Conformance
 from ..study.requirements.specification import Specification
 from ..study.study import Study
 from .least_cost.search import checked_search
@@ -162,9 +161,9 @@ class Allocation(WithNotices, html.Reported, Named[Tolerance]):
 
     def _document(self, title: str | None) -> Document:
         found = capital(_WORDS[self.status])
-        picture = Picture("By how much each tolerance was closed or opened.", partial(_draw, self))
+        picture = Picture("By how much each tolerance was closed or opened.", self.plot)
         spread = [
-            Picture(f"How the mechanisms are spread about the limits of {name}.", partial(_draw, one))
+            Picture(f"How the mechanisms are spread about the limits of {name}.", one.plot)
             for name, one in self.verified.items()
             if name != "all" or len(self.verified) == 1
         ]
@@ -202,10 +201,6 @@ _WORDS: dict[Status, str] = {
     "scatter": "no tolerance helps: scatter that no parameter explains breaks the requirements",
     "others": "no tolerance helps: nominal values or parameters without a cost break the requirements",
 }
-
-
-def _draw(drawn: Allocation | Share, ax: Axes) -> None:
-    drawn.plot(ax=ax)
 
 
 def allocate(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING
 from zlib import crc32
 
@@ -216,7 +215,7 @@ class Contrast(WithNotices, html.Reported, Named["Difference | ShareDifference"]
         doubts = [f"The runs do not show whether the designs differ in {in_a_sentence(unknown)}."]
         tables = [one for one in (self.requirements_table, self.table) if one.rows]
         pictures = [
-            Picture(f"How the differences of {name} are spread. {one}.", partial(_draw, one))
+            Picture(f"How the differences of {name} are spread. {one}.", one.plot)
             for name, one in self.features.items()
         ]
         return Document(
@@ -241,10 +240,6 @@ class Contrast(WithNotices, html.Reported, Named["Difference | ShareDifference"]
 
     def _repr_html_(self) -> str:
         return html.fragment(repr(self)[1:-1], [self.table])
-
-
-def _draw(difference: Difference, ax: Axes) -> None:
-    difference.plot(ax=ax)
 
 
 def contrast(

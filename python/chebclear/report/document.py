@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, Literal
 from ..base.units import unit
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from .film import Film
 
 _NUMBER = re.compile(r"[-+−±<>≤≥]?\s?\d")
@@ -86,8 +84,8 @@ class Picture:
 
     finding: str
     """Description of its content, for readers who cannot see it."""
-    draw: Callable[[Axes], object]
-    """Draws into empty axes."""
+    draw: Callable[..., object]
+    """Draws into empty axes, its argument `ax`, as the method `plot` of a result does."""
     height: float = field(default=2.6, metadata=unit("in"))
     """Height over 4.5 inches of width [in]."""
     caption: str = ""

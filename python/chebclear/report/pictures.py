@@ -37,7 +37,7 @@ def embedded(picture: Picture, files: Mapping[str, Path] = MappingProxyType({}))
 
     with matplotlib.rc_context(_STYLE):
         figure = Figure(figsize=(WIDTH, picture.height), layout="constrained")
-        picture.draw(figure.add_subplot())
+        picture.draw(ax=figure.add_subplot())
         content = png(figure, _RESOLUTION)
     if picture.name in files:
         files[picture.name].write_bytes(content)

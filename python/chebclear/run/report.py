@@ -24,8 +24,6 @@ from ..scene.usual import usual_outputs
 from .settings import Settings
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from .trajectory import Trajectory
 
 MOST_PICTURES = 6
@@ -45,7 +43,7 @@ def run_document(run: Trajectory, outputs: Sequence[str] | None, title: str | No
     pictures = [
         Picture(
             f"{name} against time, from {format_range((low.value, high.value), unit)}.",
-            partial(_curve, run, name),
+            partial(run.plot, name),
         )
         for name, unit, low, high in extremes
     ]
@@ -131,10 +129,6 @@ def _extremes(run: Trajectory, name: str) -> tuple[str, str, Any, Any]:
     return name, column_unit(name), run.lowest(name), run.peak(name)
 
 
-def _curve(run: Trajectory, name: str, ax: Axes) -> None:
-    run.plot(name, ax=ax)
-
-
 def _extremes_table(run: Trajectory, extremes: Sequence[tuple[str, str, Any, Any]]) -> Table:
     head = ["output", "lowest", "at", "highest", "at"]
     rows = [
@@ -159,7 +153,7 @@ def _extremes_table(run: Trajectory, extremes: Sequence[tuple[str, str, Any, Any
 def notebook_blocks(run: Trajectory) -> list[Block]:
     """What notebooks show of a run: a few of its outputs, and the ranges of all."""
     shown = outputs_to_show(run.scene, run.columns, run.settings.outputs or ())[:_FEW]
-    curves = [Picture(f"{name} of the run against time.", partial(_curve, run, name)) for name in shown]
+    curves = [Picture(f"{name} of the run against time.", partial(run.plot, name)) for name in shown]
     return [*curves, columns_table(run)]
 
 

@@ -5,14 +5,11 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from ..plots.costs import plot_study_tradeoff, plot_tradeoff
 from ..plots.drawing.scene import mechanism_picture
 from ..report.document import Document, Picture, Section, Table, Text
 from ..run.report import reproduction, run_script, version_fact, warnings_section
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from .bounds import StudyTradeoff
     from .result import Tradeoff
 
@@ -38,7 +35,7 @@ def tradeoff_document(result: Tradeoff, title: str | None) -> Document:
     ]
     head, rows = result.cells()
     pictures = [
-        Picture(f"Cost against the error of {name}, a line for each method.", partial(_costs, result, name))
+        Picture(f"Cost against the error of {name}, a line for each method.", partial(result.plot, name))
         for name in result.hardest_outputs(2)
     ]
     return Document(
@@ -67,10 +64,6 @@ def tradeoff_document(result: Tradeoff, title: str | None) -> Document:
     )
 
 
-def _costs(result: Tradeoff, name: str, ax: Axes) -> None:
-    plot_tradeoff(result, name, ax=ax)
-
-
 def costs_document(result: StudyTradeoff, title: str | None) -> Document:
     """The report of bounds against runs; see `StudyTradeoff.report`."""
     answer = [f"Widths within {100.0 * part:g} %: {result.recommendation(part)}." for part in WIDTH_ERRORS]
@@ -83,7 +76,7 @@ def costs_document(result: StudyTradeoff, title: str | None) -> Document:
     pictures = [
         Picture(
             f"Error of the width of {name} against the number of runs, a line for each way of bounding.",
-            partial(_bounds, result, name),
+            partial(result.plot, name),
         )
         for name in result.outputs[:4]
     ]
@@ -108,7 +101,3 @@ def costs_document(result: StudyTradeoff, title: str | None) -> Document:
             *warnings_section(result.warnings),
         ],
     )
-
-
-def _bounds(result: StudyTradeoff, name: str, ax: Axes) -> None:
-    plot_study_tradeoff(result, name, ax=ax)

@@ -169,7 +169,7 @@ def test_a_band_that_is_thin_against_the_motion_is_drawn_as_a_deviation():
         one for one in study_document(study.scan(3), None).sections if one.title == "How far the outputs move"
     )
     figure_ax = cc.plots.plot_band(band).figure.add_subplot()
-    moves.blocks[0].draw(figure_ax)
+    moves.blocks[0].draw(ax=figure_ax)
     assert figure_ax.get_ylabel().startswith("deviation")
 
 

@@ -34,9 +34,7 @@ from .ranking import feature_section
 from .script import study_listings
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from ..requirements.conformance import Conformance, Share
+    from ..requirements.conformance import Conformance
     from ..results import StudyResult
 
 
@@ -143,17 +141,13 @@ def _shares(result: StudyResult, conformance: Conformance) -> Section:
     blocks += [
         Picture(
             f"How the mechanisms are spread about the limits of {name}: {one.outside} of {one.runs} outside.",
-            partial(_share, one),
+            one.plot,
             name=f"requirement_{name}",
         )
         for name, one in conformance.items()
         if one.specification.quantity in (*result.bands, *result.features.names)
     ]
     return Section("In specification or not", blocks)
-
-
-def _share(share: Share, ax: Axes) -> None:
-    share.plot(ax=ax)
 
 
 def _worst_cases(result: StudyResult) -> Table:

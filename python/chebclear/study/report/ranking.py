@@ -15,7 +15,7 @@ from ..features.features import FeatureResult
 from ..features.ranking import Ranking, ranking_table
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+    pass
 
 
 def feature_section(feature: FeatureResult) -> Section:
@@ -36,7 +36,7 @@ def feature_section(feature: FeatureResult) -> Section:
     blocks += [
         ranking_table(ranking),
         Items([f"{sentence}." for sentence in (*ranking.reservations(), *ranking.advice())]),
-        Picture(_finding(ranking), partial(_bars, ranking), height=1.0 + 0.3 * len(ranking)),
+        Picture(_finding(ranking), partial(plot_ranking, ranking), height=1.0 + 0.3 * len(ranking)),
     ]
     return Section(f"Feature: {feature.name}", blocks)
 
@@ -45,7 +45,3 @@ def _finding(ranking: Ranking) -> str:
     first = ranking.rows[0]
     what = f"Bars of what halving each tolerance does to {ranking.feature}"
     return f"{what}: most by {first.parameter}, {first.narrowing}."
-
-
-def _bars(ranking: Ranking, ax: Axes) -> None:
-    plot_ranking(ranking, ax=ax)
