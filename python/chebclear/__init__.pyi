@@ -34,29 +34,33 @@ from .scene.distributions import (
     triangular as triangular,
     uniform as uniform,
 )
-from .scene.scene import (
-    Body as Body,
-    BodyStart as BodyStart,
+from .scene.forces import (
     Bushing as Bushing,
-    ClearancePrismatic as ClearancePrismatic,
-    ClearanceRevolute as ClearanceRevolute,
-    ClearanceStart as ClearanceStart,
     Damper as Damper,
-    Fixed as Fixed,
     Force as Force,
     Gravity as Gravity,
-    GuideStart as GuideStart,
-    JointStart as JointStart,
-    PinInSlot as PinInSlot,
-    Prismatic as Prismatic,
-    Revolute as Revolute,
-    Scene as Scene,
     Spring as Spring,
-    Stop as Stop,
     Torque as Torque,
     TorsionDamper as TorsionDamper,
     TorsionSpring as TorsionSpring,
 )
+from .scene.motions import (
+    BodyStart as BodyStart,
+    ClearanceStart as ClearanceStart,
+    GuideStart as GuideStart,
+    JointStart as JointStart,
+)
+from .scene.parts import (
+    Body as Body,
+    ClearancePrismatic as ClearancePrismatic,
+    ClearanceRevolute as ClearanceRevolute,
+    Fixed as Fixed,
+    PinInSlot as PinInSlot,
+    Prismatic as Prismatic,
+    Revolute as Revolute,
+    Stop as Stop,
+)
+from .scene.scene import Scene as Scene
 from .study.band.zones import restraint_zones as restraint_zones
 from .study.bifurcation import bifurcation as bifurcation
 from .study.comparison import compare as compare

@@ -2,7 +2,7 @@
 
 from .decisions.wear import Archard as Archard, wear_life as wear_life
 from .mechanisms import hertz_stiffness as hertz_stiffness
-from .scene.scene import (
+from .scene.laws import (
     ContactFormula as ContactFormula,
     ExactRestitution as ExactRestitution,
     FiniteBearing as FiniteBearing,

@@ -1,13 +1,11 @@
 """Prescribed motions, coupled coordinates, and functions of time and of the motion for forces and torques."""
 
-from .scene.scene import (
-    Coupling as Coupling,
+from .scene.functions import (
     Expression as Expression,
     Harmonic as Harmonic,
-    Motion as Motion,
     Polynomial as Polynomial,
-    Speed as Speed,
     Table as Table,
 )
+from .scene.motions import Coupling as Coupling, Motion as Motion, Speed as Speed
 
 __all__ = sorted(name for name in vars() if not name.startswith("_"))

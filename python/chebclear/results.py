@@ -26,7 +26,7 @@ from .scene.distributions import (
     Triangular as Triangular,
     Uniform as Uniform,
 )
-from .scene.scene import Inspection as Inspection
+from .scene.parts import Inspection as Inspection
 from .study.band.band import Band as Band
 from .study.band.hybrid import QuantileBand as QuantileBand
 from .study.band.margin import Margin as Margin

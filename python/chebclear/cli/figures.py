@@ -11,7 +11,8 @@ from ..plots.runs import plot_orbit
 from ..report.pictures import png
 from ..run.trajectory import Trajectory
 from ..scene.columns import column_unit
-from ..scene.scene import ClearanceRevolute, Scene
+from ..scene.parts import ClearanceRevolute
+from ..scene.scene import Scene
 
 DPI = 150
 _WIDTH, _HEIGHT = 6.5, 2.6  # [inch], of a panel

@@ -13,8 +13,9 @@ from ..plots.drawing.pose import pose_columns, simulated_poses
 from ..run.settings import Settings
 from ..run.simulation import simulate
 from ..run.trajectory import Trajectory
-from ..scene.parts import GROUND, ends_of, owner_of
-from ..scene.scene import ClearanceRevolute, Joint, JointStart, Prismatic, Revolute, Scene, Speed
+from ..scene.motions import JointStart, Speed
+from ..scene.parts import GROUND, ClearanceRevolute, Joint, Prismatic, Revolute, ends_of, owner_of
+from ..scene.scene import Scene
 from ..study.sources.asked import SweptRun
 from .lost_motion import without_play
 

@@ -17,25 +17,23 @@ from ..base.shown import listed
 from ..errors import ArgumentError, ArgumentTypeError
 from ..run.settings import Settings
 from ..run.simulation import simulate
-from ..scene.parts import GROUND, joints_with_play, owner_of
-from ..scene.scene import (
+from ..scene.forces import Force, Torque
+from ..scene.functions import Polynomial
+from ..scene.motions import ClearanceStart, GuideStart, Motion, Speed
+from ..scene.parts import (
+    GROUND,
     Body,
     ClearancePrismatic,
     ClearanceRevolute,
-    ClearanceStart,
-    Force,
-    GuideStart,
     Joint,
-    Motion,
     PinInSlot,
-    Polynomial,
     Prismatic,
     Revolute,
-    Scene,
-    Speed,
     Stop,
-    Torque,
+    joints_with_play,
+    owner_of,
 )
+from ..scene.scene import Scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

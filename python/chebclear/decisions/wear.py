@@ -22,8 +22,8 @@ from ..run.settings import Settings, StepOptions
 from ..run.simulation import run_scene
 from ..run.trajectory import Trajectory
 from ..scene.columns import column_unit
-from ..scene.parts import loose_joints
-from ..scene.scene import ClearanceRevolute, Scene
+from ..scene.parts import ClearanceRevolute, loose_joints
+from ..scene.scene import Scene
 from ..study.requirements.specification import Specification
 
 if TYPE_CHECKING:

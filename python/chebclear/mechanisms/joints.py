@@ -13,16 +13,9 @@ from typing import Any, TypedDict, TypeVar
 from ..base.arguments import Checks, as_number, did_you_mean, meant_or_known
 from ..base.options import with_fields
 from ..errors import ArgumentTypeError, SceneError, warn
-from ..scene.scene import (
-    Body,
-    ClearanceRevolute,
-    ContactLaw,
-    FrictionLaw,
-    LankaraniNikravesh,
-    ModifiedCoulomb,
-    Revolute,
-    Scene,
-)
+from ..scene.laws import ContactLaw, FrictionLaw, LankaraniNikravesh, ModifiedCoulomb
+from ..scene.parts import Body, ClearanceRevolute, Revolute
+from ..scene.scene import Scene
 
 Mechanism = TypeVar("Mechanism", bound=Callable[..., Scene])
 

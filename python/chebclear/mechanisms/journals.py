@@ -7,7 +7,9 @@ from collections.abc import Sequence
 from typing import Unpack
 
 from ..base.arguments import as_number
-from ..scene.scene import Body, Gravity, Scene
+from ..scene.forces import Gravity
+from ..scene.parts import Body
+from ..scene.scene import Scene
 from .joints import PinOptions, Play, checked, with_pins
 
 

@@ -7,7 +7,10 @@ from collections.abc import Sequence
 from typing import Unpack
 
 from ..base.arguments import as_number
-from ..scene.scene import Body, Gravity, Revolute, Scene, Speed, rpm
+from ..scene.forces import Gravity
+from ..scene.motions import Speed
+from ..scene.parts import Body, Revolute
+from ..scene.scene import Scene, rpm
 from .joints import (
     ROUNDING,
     PinOptions,

@@ -8,7 +8,10 @@ from typing import Any, Unpack
 
 from ..base.arguments import as_number
 from ..errors import SceneError
-from ..scene.scene import Body, Gravity, Prismatic, Revolute, Scene, Speed, rpm
+from ..scene.forces import Gravity
+from ..scene.motions import Speed
+from ..scene.parts import Body, Prismatic, Revolute
+from ..scene.scene import Scene, rpm
 from .joints import PinOptions, Play, as_mass, bar, checked, direction, on_circle, with_pins, with_units
 
 _TABLE_2_SPEED = rpm(2000.0)

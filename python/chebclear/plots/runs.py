@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks, meant_or_known
 from ..errors import ArgumentError, ArgumentTypeError
 from ..scene.columns import column_unit, column_words, plain_words
-from ..scene.parts import loose_joints
-from ..scene.scene import ClearanceRevolute
+from ..scene.parts import ClearanceRevolute, loose_joints
 from .axes import abscissa_of, line_style, new_axes, unit_scale
 from .labels import (
     add_color_bar,

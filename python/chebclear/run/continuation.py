@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import Problem, StartError
 from ..notices import Notice
+from ..scene.functions import Table
 from ..scene.parts import joints_with_play, owner_of
-from ..scene.scene import Scene, Table, compiled
+from ..scene.scene import Scene, compiled
 from ..scene.schema import join
 from .settings import Settings
 from .trajectory import EndState

@@ -18,7 +18,9 @@ from ..base.options import Documented, with_fields
 from ..base.shown import Shown
 from ..base.units import unit, units
 from ..errors import ArgumentError, Problem, SettingsError, is_plain
-from ..scene.scene import Inspection, Scene, Speed
+from ..scene.motions import Speed
+from ..scene.parts import Inspection
+from ..scene.scene import Scene
 from ..scene.schema import as_json_number
 from .features import JOINT_KINDS, Feature, checked_features
 from .names import output_meant

@@ -28,66 +28,8 @@ from ..notices import Notice
 from ..report import html
 from ..report.document import Listing
 from .description import describe_scene, summarize_scene
-from .forces import (
-    Bushing as Bushing,
-    Damper as Damper,
-    Force as Force,
-    Gravity as Gravity,
-    Spring as Spring,
-    Torque as Torque,
-    TorsionDamper as TorsionDamper,
-    TorsionSpring as TorsionSpring,
-)
-from .functions import (
-    Expression as Expression,
-    Harmonic as Harmonic,
-    Polynomial as Polynomial,
-    Table as Table,
-)
-from .laws import (
-    ContactFormula as ContactFormula,
-    ContactLaw as ContactLaw,
-    ExactRestitution as ExactRestitution,
-    FiniteBearing as FiniteBearing,
-    Flores as Flores,
-    FrictionFormula as FrictionFormula,
-    FrictionLaw as FrictionLaw,
-    GuideFriction as GuideFriction,
-    Hertz as Hertz,
-    HuntCrossley as HuntCrossley,
-    Impact as Impact,
-    JournalFriction as JournalFriction,
-    KelvinVoigt as KelvinVoigt,
-    LankaraniNikravesh as LankaraniNikravesh,
-    ModifiedCoulomb as ModifiedCoulomb,
-    ShortBearing as ShortBearing,
-    SmoothedCoulomb as SmoothedCoulomb,
-    StickSlip as StickSlip,
-)
-from .motions import (
-    BodyStart as BodyStart,
-    ClearanceStart as ClearanceStart,
-    Coupling as Coupling,
-    GuideStart as GuideStart,
-    JointStart as JointStart,
-    Motion as Motion,
-    Speed as Speed,
-)
-from .parts import (
-    AnyForce as AnyForce,
-    Body as Body,
-    ClearancePrismatic as ClearancePrismatic,
-    ClearanceRevolute as ClearanceRevolute,
-    Drive as Drive,
-    Fixed as Fixed,
-    Inspection as Inspection,
-    Joint as Joint,
-    PinInSlot as PinInSlot,
-    Prismatic as Prismatic,
-    Revolute as Revolute,
-    Start as Start,
-    Stop as Stop,
-)
+from .motions import Coupling, Speed
+from .parts import AnyForce, Body, Drive, Inspection, Joint, Start
 from .schema import Part, Points, Vector, at_or_below, read, write
 
 if TYPE_CHECKING:
@@ -120,10 +62,11 @@ class Scene(Part):
     --------
     A pendulum:
 
-    >>> bob = Body("bob", mass=1.0, inertia=0.01, points={"pivot": (0.0, 0.5)}, angle=0.3)
-    >>> pin = Revolute("pin", "ground.pivot", "bob.pivot")
-    >>> scene = Scene([bob], [pin], [Gravity((0.0, -9.81))], ground={"pivot": (0.0, 0.0)})
-    >>> Scene.from_json(scene.to_json()) == scene
+    >>> import chebclear as cc
+    >>> bob = cc.Body("bob", mass=1.0, inertia=0.01, points={"pivot": (0.0, 0.5)}, angle=0.3)
+    >>> pin = cc.Revolute("pin", "ground.pivot", "bob.pivot")
+    >>> scene = cc.Scene([bob], [pin], [cc.Gravity((0.0, -9.81))], ground={"pivot": (0.0, 0.0)})
+    >>> cc.Scene.from_json(scene.to_json()) == scene
     True
     """
 

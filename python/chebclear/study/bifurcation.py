@@ -25,7 +25,8 @@ from ..report.document import Table
 from ..run.settings import Settings, StepOptions, with_settings
 from ..run.simulation import run_scene
 from ..scene.columns import column_unit
-from ..scene.scene import ClearanceRevolute, Scene
+from ..scene.parts import ClearanceRevolute
+from ..scene.scene import Scene
 from .spec import check_keywords, checked_fixed
 
 if TYPE_CHECKING:

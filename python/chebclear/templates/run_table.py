@@ -12,7 +12,7 @@ from ..errors import ArgumentError, ArgumentTypeError, SceneError, is_plain
 from ..run.features import JOINT_KINDS, KINDS, Feature, meant_kind
 from ..run.settings import RunOptions, Settings, require_features
 from ..scene.columns import column_unit
-from ..scene.scene import Inspection
+from ..scene.parts import Inspection
 from ..study.requirements.specification import Specification, require
 from .values import Values
 

@@ -11,8 +11,8 @@ from ...base.units import written
 from ...base.writing import complete_folder, file_name
 from ...notices import Notice
 from ...scene.columns import column_unit
-from ...scene.parts import ends_of, joints_with_play
-from ...scene.scene import ClearanceRevolute, Scene
+from ...scene.parts import ClearanceRevolute, ends_of, joints_with_play
+from ...scene.scene import Scene
 from ...templates.template import Template
 from ..figures import draw_scene
 from ..options import DIRECTORY, SCENE, Command, Option

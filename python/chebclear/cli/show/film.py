@@ -13,8 +13,9 @@ from ...plots.animation.motion import moving_mechanism
 from ...plots.drawing.pose import Pose
 from ...report.film import Chart, Film, chart
 from ...scene.columns import plain_words
-from ...scene.parts import GROUND, ends_of, joints_with_play, owner_of
-from ...scene.scene import Prismatic, Revolute, Scene, Speed
+from ...scene.motions import Speed
+from ...scene.parts import GROUND, Prismatic, Revolute, ends_of, joints_with_play, owner_of
+from ...scene.scene import Scene
 
 Array = NDArray[np.float64]
 

@@ -19,7 +19,7 @@ from ...errors import ArgumentError, MissingProgramError
 from ...report.film import Film
 from ...report.html import film_page, framed
 from ...scene.columns import column_words, plain_words
-from ...scene.scene import ClearanceRevolute
+from ...scene.parts import ClearanceRevolute
 from ..drawing.pose import Pose, simulated_poses
 from ..subjects import require, require_name
 from .film import mechanism_words, run_film

@@ -12,7 +12,8 @@ from ...base.prefixes import prefix_of
 from ...base.tables import format_number
 from ...report.film import Film, Panel, Shape, chart
 from ...scene.columns import column_unit, plain_words
-from ...scene.scene import Scene, Speed
+from ...scene.motions import Speed
+from ...scene.scene import Scene
 from ..drawing.pose import pose_columns, simulated_poses
 from ..drawing.strokes import Enlarged, Stroke
 from .motion import LooseJoint, Motion, MovingMechanism, moving_mechanism

@@ -10,8 +10,16 @@ from numpy.typing import NDArray
 
 from ...base.units import unit
 from ...scene.columns import column_unit
-from ...scene.parts import GROUND, ends_of, owner_of
-from ...scene.scene import ClearancePrismatic, ClearanceRevolute, PinInSlot, Prismatic, Scene
+from ...scene.parts import (
+    GROUND,
+    ClearancePrismatic,
+    ClearanceRevolute,
+    PinInSlot,
+    Prismatic,
+    ends_of,
+    owner_of,
+)
+from ...scene.scene import Scene
 from ..drawing.guides import place_in
 from ..drawing.pen import strokes_of
 from ..drawing.pose import Pose, colors_of

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene.parts import GROUND, ends_of, owner_of
-from ...scene.scene import ClearancePrismatic, ClearanceRevolute, PinInSlot, Stop
+from ...scene.parts import GROUND, ClearancePrismatic, ClearanceRevolute, PinInSlot, Stop, ends_of, owner_of
 from .pose import Pose
 from .strokes import Enlarged, Owner
 

@@ -9,24 +9,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...scene.parts import GROUND, ends_of, owner_of
-from ...scene.scene import (
+from ...scene.forces import Bushing, Damper, Force, Spring, Torque, TorsionDamper, TorsionSpring
+from ...scene.motions import Coupling
+from ...scene.parts import (
+    GROUND,
     Body,
-    Bushing,
     ClearancePrismatic,
     ClearanceRevolute,
-    Coupling,
-    Damper,
     Fixed,
-    Force,
     PinInSlot,
     Prismatic,
     Revolute,
-    Spring,
     Stop,
-    Torque,
-    TorsionDamper,
-    TorsionSpring,
+    ends_of,
+    owner_of,
 )
 from .guides import draw_guide, half_size, part_in, place_in
 from .plane import Clutter, hull

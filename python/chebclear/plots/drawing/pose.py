@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import ArgumentError
+from ...scene.forces import Damper, Force, Spring
 from ...scene.parts import GROUND, ClearancePrismatic, ends_of, loose_joints, owner_of
-from ...scene.scene import Damper, Force, Scene, Spring
+from ...scene.scene import Scene
 from ..axes import COLORS
 
 if TYPE_CHECKING:

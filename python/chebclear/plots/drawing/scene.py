@@ -17,8 +17,9 @@ from ...base.arguments import Checks
 from ...errors import ArgumentError
 from ...report.document import Picture
 from ...scene.columns import plain_words
+from ...scene.forces import Gravity
 from ...scene.parts import joints_with_play
-from ...scene.scene import Gravity, Scene
+from ...scene.scene import Scene
 from ..axes import new_axes
 from ..labels import size_of, typeset
 from ..subjects import is_a

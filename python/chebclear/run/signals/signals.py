@@ -6,7 +6,8 @@ from ...base.arguments import Checks
 from ...base.named import Named
 from ...base.rows import Array
 from ...scene.columns import column_unit
-from ...scene.scene import Scene, Speed
+from ...scene.motions import Speed
+from ...scene.scene import Scene
 from .cycles import Cycles, cycles_of
 from .spectrum import Spectrum, spectrum_of
 
