@@ -10,32 +10,20 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from ..base.rows import Array
 from ..errors import MemoryLimitError, StoreError
+from ..run.memory import require_memory
 
 # What a study takes besides its samples [bytes], measured by `benchmarks/memory.py`: in any case; for each
 # run (its parameters, counts, end, features); for blocks of an output while polynomials or bands are made.
 _ANY, _RUN, _BLOCKS = 10e6, 450.0, 30e6
 # Copies of the matrix of a least-squares problem while it is solved: 2.5 and 2.9 of 16 and of 63 MB.
 _FACTORED = 3.0
-# Address space of a thread of Python where its stack has no limit, and of the two that the core starts beside
-# it [bytes]; they count against the limit of a process, but hardly as memory.
-_STACK, _CORE_STACKS = 8e6, 4e6
-# What the package and NumPy take [bytes].
-_PACKAGE = 50e6
-# Studies that take less [bytes] are not looked at: they fit, or the core says that they do not.
-_SMALL = 30e6
 # Samples in a file that are in the memory at a time, as far as it is ours to say [bytes].
 _BLOCK = 32_000_000
-
-# What versions 1 and 2 of control groups call limit, use and idle files.
-_FIRST = ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file")
-_SECOND = ("memory.max", "memory.current", "inactive_file")
-_CGROUPS, _PROCESS, _MACHINE = Path("/sys/fs/cgroup"), Path("/proc/self"), Path("/proc/meminfo")
 
 
 @dataclass(frozen=True)
@@ -48,8 +36,6 @@ class Usage:
     """Terms of the polynomials that are kept for every sample [-]."""
     matrix: int = 0
     """Size of the matrix of a least-squares problem [-]."""
-    threads: int = 0
-    """Threads of this process that simulate [-]."""
 
 
 SAMPLES_ALONE = Usage()
@@ -74,9 +60,7 @@ def sample_array(shape: tuple[int, ...], folder: str | os.PathLike[str] | None, 
     memory; StoreError if the file does not fit on the disk.
     """
     size = 8 * math.prod(shape)
-    needed = study_memory(shape, usage, in_memory=folder is None)
-    if needed > _SMALL:
-        _require(needed, usage.threads)
+    require_memory(study_memory(shape, usage, in_memory=folder is None), "the study takes")
     if folder is None or size == 0:
         return np.empty(shape)
     try:
@@ -128,76 +112,6 @@ def release(values: Array) -> None:
         owner = owner.base
     if isinstance(owner, mmap.mmap) and sys.platform == "linux":
         owner.madvise(mmap.MADV_DONTNEED)
-
-
-def taken() -> float:
-    """What this process takes now [bytes], as far as the system tells."""
-    with contextlib.suppress(ImportError, OSError, ValueError):
-        import resource
-
-        return float(int((_PROCESS / "statm").read_text().split()[1]) * resource.getpagesize())
-    return _PACKAGE
-
-
-def room() -> float:
-    """What this process may still take [bytes], as far as the system reports it."""
-    return min((left for left, _ in _left(0)), default=math.inf)
-
-
-def _require(size: float, threads: int = 0) -> None:
-    """Raise if so many bytes are more than this process may still take when it has started its threads."""
-    left, whose = min(_left(threads), default=(math.inf, ""))
-    if size > left:
-        room = f"{size / 1e6:.0f} MB, and {whose} leaves {max(left, 0.0) / 1e6:.0f} MB"
-        raise MemoryLimitError(
-            f"the study takes about {room}: ask for fewer runs, samples or outputs, for features alone, or "
-            "let the samples stay in a store on the disk"
-        )
-
-
-def _left(threads: int) -> Iterator[tuple[float, str]]:
-    """How much each limit leaves [bytes], and whose it is, as far as the system reports it."""
-    with contextlib.suppress(ImportError, OSError, ValueError):
-        import resource
-
-        limit = resource.getrlimit(resource.RLIMIT_AS)[0]
-        if limit != resource.RLIM_INFINITY:
-            pages = int((_PROCESS / "statm").read_text().split()[0])
-            stack = resource.getrlimit(resource.RLIMIT_STACK)[0]
-            each = _CORE_STACKS + (_STACK if stack == resource.RLIM_INFINITY else float(stack))
-            left = limit - pages * resource.getpagesize() - threads * each
-            yield left, "the limit of this process"
-    for folder, (limit_name, used_name, idle) in _groups():
-        with contextlib.suppress(OSError, ValueError):
-            most = (folder / limit_name).read_text().strip()
-            if most != "max":
-                used = int((folder / used_name).read_text())
-                statistics = dict(
-                    line.split(maxsplit=1) for line in (folder / "memory.stat").read_text().splitlines()
-                )
-                # Files that nobody uses are given up before anything else.
-                left = int(most) - used + int(statistics.get(idle, 0))
-                yield float(left), "the control group of this process"
-    with contextlib.suppress(OSError, ValueError, KeyError):
-        facts = dict(line.split(":") for line in _MACHINE.read_text().splitlines())
-        free = sum(int(facts[name].split()[0]) for name in ("MemAvailable", "SwapFree"))
-        yield 1024.0 * free, "this machine"
-
-
-def _groups() -> Iterator[tuple[Path, tuple[str, str, str]]]:
-    """Folders of the control group of this process and of those that it is part of, and what they call its
-    limit, its use and the files in it that are idle."""
-    with contextlib.suppress(OSError):
-        for line in (_PROCESS / "cgroup").read_text().splitlines():
-            _, controllers, path = line.split(":", maxsplit=2)
-            group = Path(path.removeprefix("/"))
-            if controllers == "":
-                found, names = _CGROUPS, _SECOND
-            elif "memory" in controllers.split(","):
-                found, names = _CGROUPS / "memory", _FIRST
-            else:
-                continue
-            yield from ((found / part, names) for part in (group, *group.parents))
 
 
 @contextlib.contextmanager

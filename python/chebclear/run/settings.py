@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -13,16 +12,18 @@ from typing import Any, TypedDict
 
 from .. import _core
 from ..base.arguments import Checks, did_you_mean, meant_or_known
+from ..base.files import package_version
 from ..base.named import matching
 from ..base.options import Documented, with_fields
 from ..base.shown import Shown
 from ..base.units import unit, units
-from ..errors import ArgumentError, Problem, SettingsError, is_plain
+from ..errors import Problem, SettingsError, is_plain
 from ..scene.motions import Speed
 from ..scene.parts import Inspection
 from ..scene.scene import Scene
 from ..scene.schema import as_json_number
 from .features import JOINT_KINDS, Feature, checked_features
+from .memory import require_memory
 from .names import output_meant
 
 METHODS = _core.METHODS
@@ -36,8 +37,8 @@ MAX_EVENTS = 1_000_000
 
 # Placeholders for fields that are missing or of a wrong type, so that the core can check the others.
 _EXAMPLE: dict[str, Any] = {"duration": 1.0, "samples": 2}
-# Samples of all columns that certainly fit into the memory: for fewer the columns need not be counted.
-_MANY_SAMPLES = 1_000_000
+# Of the samples of a run that must fit into the memory [-]: processing them takes as much again.
+_COPIES = 2.0
 
 
 class SpanOptions(TypedDict, total=False):
@@ -204,31 +205,24 @@ class Settings(Shown):
         features = tuple(Feature(**feature) for feature in plain.get("features", ()))
         return cls(**{**plain, "features": features})
 
-    def for_scene(self, scene: Scene, runs: int = 1) -> Settings:
-        """The settings of runs of a scene, as `fitted` returns them; checks the scene only if needed."""
-        if not self.features and self.outputs is None and runs * self.samples <= _MANY_SAMPLES:
-            return self
-        return self.fitted(scene.check(), runs)
-
-    def fitted(self, facts: Inspection, runs: int = 1) -> Settings:
+    def fitted(self, facts: Inspection) -> Settings:
         """The settings with patterns such as ``"energy.*"`` replaced by the columns of a scene.
 
         Parameters
         ----------
         facts : Inspection
             Result of `Scene.check`.
-        runs : int
-            Runs whose samples must fit into the memory [-].
 
         Raises
         ------
         ValueError
-            If an output or a feature names no column or clearance joint of the scene, or the samples
-            of so many runs would fill the memory.
+            If an output or a feature names no column or clearance joint of the scene.
+        MemoryLimitError
+            If the samples would fill the memory.
         """
         require_features(facts, self.features)
         if self.outputs is None:
-            _require_room(runs, self.samples, len(facts.columns))
+            require_memory(_COPIES * 8.0 * self.samples * len(facts.columns), "a run takes")
             return self
         columns = facts.columns + facts.further_columns
         # Not left to the core: it knows no patterns, and no words of textbooks to suggest names by.
@@ -242,7 +236,7 @@ class Settings(Shown):
                 checks.add(f'unknown output "{name}"{output_meant(name, columns)}')
             names |= dict.fromkeys(found)
         checks.finish()
-        _require_room(runs, self.samples, len(names))
+        require_memory(_COPIES * 8.0 * self.samples * len(names), "a run takes")
         return dataclasses.replace(self, outputs=tuple(names))
 
 
@@ -264,20 +258,6 @@ def require_features(facts: Inspection, features: Iterable[Feature]) -> None:
             hint = meant_or_known(feature.of, known) if joint else output_meant(feature.of, known)
             checks.add(f'{feature.kind} of the unknown {what} "{feature.of}"{hint}')
     checks.finish()
-
-
-def _require_room(runs: int, samples: int, columns: int) -> None:
-    """Refuse results that fill more than half of the memory: processing them needs memory as well."""
-    try:
-        memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    except (AttributeError, ValueError, OSError):  # unknown on this system
-        return
-    needed = 8 * runs * samples * columns
-    if needed > memory // 2:
-        raise ArgumentError(
-            f"{runs} runs of {samples} samples and {columns} outputs would take {needed / 1e9:.3g} GB of the "
-            f"{memory / 1e9:.3g} GB of this machine: ask for fewer samples, outputs or runs"
-        )
 
 
 def checked_settings(
@@ -327,6 +307,16 @@ def _judged(values: Mapping[str, Any]) -> list[Problem]:
     except SettingsError as error:
         return error.problems
     return []
+
+
+def common_facts(
+    settings: Settings | None, scene: Scene | None, warnings: Sequence[str]
+) -> dict[str, str | int | float]:
+    """Facts of all results for other programs: version, warnings, settings and scene if they have them."""
+    facts: dict[str, str | int | float] = {"chebclear": package_version(), "warnings": "\n".join(warnings)}
+    plain = {} if settings is None else dataclasses.asdict(settings)
+    facts |= {name: value for name, value in plain.items() if isinstance(value, str | int | float)}
+    return facts if scene is None else facts | {"scene": scene.to_json()}
 
 
 def with_settings(options: type, *further: str) -> Callable[[Documented], Documented]:

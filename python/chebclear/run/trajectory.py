@@ -27,10 +27,9 @@ from ..scene.columns import column_unit
 from ..scene.scene import Scene, compiled
 from .accuracy import ErrorEstimate
 from .contacts import Contacts, Events
-from .dataset import common_facts
 from .features import EXTREMA, Extremum, Feature
 from .names import column_index
-from .settings import Settings, checked_settings, require_features
+from .settings import Settings, checked_settings, common_facts, require_features
 from .signals.signals import WithSignals
 from .tracking import settling_time
 

@@ -221,7 +221,7 @@ def bifurcation(
             raise ArgumentError("the scene has no clearance joint: name the output to sample")
         name = f"{names[0]}.eccentricity_x"
     each = [
-        replace(one, duration=count * time, skip=skipped * time, outputs=(name,)).for_scene(scene)
+        replace(one, duration=count * time, skip=skipped * time, outputs=(name,)).fitted(scene.check())
         for scene, time in zip(scenes, times.tolist(), strict=True)
     ]
 

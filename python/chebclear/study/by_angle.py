@@ -99,7 +99,7 @@ def _measured(
             "band in a study without features"
         )
     column = f"{crank}.angle"
-    names = settings.for_scene(scene).outputs or scene.check().columns
+    names = settings.fitted(scene.check()).outputs or scene.check().columns
     duration = settings.duration
     driven = [found.get(crank) for found in map(drives_of, [scene, *ends])]
     speeds = [abs(drive.speed) for drive in driven if drive is not None]

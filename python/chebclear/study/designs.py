@@ -20,10 +20,11 @@ from ..errors import ArgumentError
 from ..execution.counts import Costs
 from ..execution.dispatch import worker_count
 from ..execution.failures import FAILED, STOPPED, count_failed, failure_notices
-from ..execution.memory import Usage, room, study_memory, taken
+from ..execution.memory import Usage, study_memory
 from ..execution.pieces import NOT_BEGUN
 from ..execution.plan import Plan, seconds_of
 from ..notices import Notice
+from ..run.memory import room, taken
 from ..run.settings import Settings, checked_settings
 from .answers import joined, of_band, of_grid
 from .band.notices import SETTLING, UNDERSAMPLED

@@ -263,7 +263,7 @@ def sweep_of(
     checks.finish()
     joints = scenes[0].check().clearance_joints
     wanted = [*asked, *(Feature("contact_share", joint) for joint in joints)]
-    tracked = replace(settings, outputs=(), features=_tracked(wanted), cycles=1).for_scene(scenes[0])
+    tracked = replace(settings, outputs=(), features=_tracked(wanted), cycles=1).fitted(scenes[0].check())
 
     def found_at(index: int, go_on: GoOn) -> _Turned:
         try:

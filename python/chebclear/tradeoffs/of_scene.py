@@ -135,7 +135,7 @@ def tradeoff(
         outputs=span.outputs,
         method=REFERENCE_METHODS[0],
         **tight_limits,
-    ).for_scene(scene)
+    ).fitted(scene.check())
     if settings.outputs is None:
         # A contact state is a yes or no: its error is 1 as soon as an impact falls between other samples.
         columns = tuple(name for name in scene.check().columns if not name.endswith(".contact"))

@@ -10,7 +10,7 @@ import tracemalloc
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear.execution import memory
+from chebclear.run import memory
 from chebclear.study import designs
 from falling import PLANET, TIME, faller, planet_study
 from refusals import refuses
@@ -51,37 +51,31 @@ def large():
     return cc.Study(faller, PLANET, ["block.x", "block.y"], **(TIME | {"samples": 100_001}))
 
 
-@pytest.mark.parametrize("version", [1, 2])
-def test_a_study_beyond_its_control_group_is_refused(tmp_path, monkeypatch, version):
-    first = version == 1
-    # Version 1 has a tree for each controller; version 2 is there besides, without limits.
-    lines = "9:name=systemd:/other\n4:cpu,memory:/batch/job\n0::/\n" if first else "0::/batch/job\n"
-    limit, used = ("limit_in_bytes", "usage_in_bytes") if first else ("max", "current")
-    idle = "total_inactive_file" if first else "inactive_file"
-    (tmp_path / "cgroup").write_text(lines)
+def test_a_study_beyond_its_control_group_is_refused(tmp_path, monkeypatch):
+    # Version 1 of control groups has a tree for each controller, version 2 one line.
+    (tmp_path / "cgroup").write_text("9:name=systemd:/other\n0::/batch/job\n")
     (tmp_path / "statm").write_text("1000 500 10 1 0 10 0\n")
-    group = (tmp_path / "memory" if first else tmp_path) / "batch"
-    (group / "job").mkdir(parents=True)
-    for folder, most in [(group / "job", "9223372036854771712" if first else "max"), (group, "110000000")]:
-        (folder / f"memory.{limit}").write_text(f"{most}\n")
-        (folder / f"memory.{used}").write_text("100000000\n")
-        (folder / "memory.stat").write_text(f"anon 1000000\n{idle} 26000000\n")
+    (tmp_path / "batch" / "job").mkdir(parents=True)
+    for folder, most in [(tmp_path / "batch" / "job", "max"), (tmp_path / "batch", "110000000")]:
+        (folder / "memory.max").write_text(f"{most}\n")
+        (folder / "memory.current").write_text("100000000\n")
+        (folder / "memory.stat").write_text("anon 1000000\ninactive_file 26000000\n")
     monkeypatch.setattr(memory, "_PROCESS", tmp_path)
     monkeypatch.setattr(memory, "_CGROUPS", tmp_path)
     # 17 runs of 1.6 MB, the nominal one included, and 10 MB.
     with pytest.raises(cc.errors.MemoryLimitError):
         large().scan(4)
-    (group / "memory.stat").write_text(f"anon 1000000\n{idle} 28000000\n")
-    memory._require(37.5e6)
+    (tmp_path / "batch" / "memory.stat").write_text("anon 1000000\ninactive_file 28000000\n")
+    memory.require_memory(37.5e6, "this test takes")
 
 
 def test_what_a_plan_says_is_what_a_study_is_refused_for(monkeypatch):
     monkeypatch.setattr(designs, "taken", lambda: 0.0)
     needed = large().plan("scan", points=4).memory
-    monkeypatch.setattr(memory, "_left", lambda threads: iter([(needed - 5e6, "this test")]))
+    monkeypatch.setattr(memory, "_left", lambda: iter([(needed - 5e6, "this test")]))
     with pytest.raises(cc.errors.MemoryLimitError):
         large().scan(4)
-    monkeypatch.setattr(memory, "_left", lambda threads: iter([(needed + 5e6, "this test")]))
+    monkeypatch.setattr(memory, "_left", lambda: iter([(needed + 5e6, "this test")]))
     assert large().scan(4).status == "done"
 
 
@@ -149,17 +143,6 @@ def test_no_step_copies_all_samples(tmp_path):
     assert calibrated < 1.3 * size + 8e6
     assert cc.load_result(path) == result
     assert np.isfinite(result["block.x"].upper).all()
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="the limit of the memory is that of Linux")
-def test_stacks_of_threads_count_against_the_limit_of_the_process(monkeypatch):
-    import resource
-
-    limits = {resource.RLIMIT_AS: (10**12, 10**12), resource.RLIMIT_STACK: (2**23, 2**23)}
-    monkeypatch.setattr(resource, "getrlimit", limits.__getitem__)
-    (alone, whose), (threaded, _) = next(memory._left(0)), next(memory._left(4))
-    assert whose == "the limit of this process"
-    assert 4 * 2**23 < alone - threaded < 8 * 2**23
 
 
 def test_a_study_imports_all_that_it_needs_before_it_begins():

@@ -4,7 +4,6 @@ import copy
 import dataclasses
 import importlib
 import math
-import os
 import pickle
 import re
 
@@ -14,7 +13,7 @@ import pytest
 from chebclear import cli
 from chebclear.cli import program
 from chebclear.paper import case_study as paper
-from chebclear.run import settings
+from chebclear.run import memory, settings
 from chebclear.scene.columns import column_words
 from chebclear.tradeoffs import output as tradeoff_output
 
@@ -77,8 +76,7 @@ def test_a_ball_may_be_smaller_than_its_box():
 
 
 def test_results_that_do_not_fit_into_the_memory(monkeypatch):
-    memory = {"SC_PAGE_SIZE": 4096, "SC_PHYS_PAGES": 4_000_000}
-    monkeypatch.setattr(os, "sysconf", memory.get, raising=False)
+    monkeypatch.setattr(memory, "_left", lambda: iter([(16e9, "this test")]))
     study = cc.Study(
         MECHANISMS.slider_crank,
         {"rod_length": cc.Interval.around(0.12, rel=0.1)},
@@ -86,9 +84,12 @@ def test_results_that_do_not_fit_into_the_memory(monkeypatch):
         duration=1e-3,
         samples=settings.MOST_SAMPLES,
     )
-    # 10 000 runs of 1e7 samples of 8 bytes each.
-    with pytest.raises(ValueError, match=r"800.*16\.4"):
+    # 10 000 runs of 1e7 samples of 8 bytes each; one run of 1e8 such, of all outputs.
+    with pytest.raises(cc.errors.MemoryLimitError):
         study.scan(9999)
+    monkeypatch.setattr(memory, "_left", lambda: iter([(1e9, "this test")]))
+    with pytest.raises(MemoryError):
+        cc.simulate(MECHANISMS.slider_crank(), duration=1e-3, samples=settings.MOST_SAMPLES)
 
 
 def test_no_column_lacks_its_unit():

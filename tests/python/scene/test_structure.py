@@ -64,7 +64,7 @@ def test_structure_and_numbers_are_the_scene(scene):
 
 @pytest.mark.parametrize("scene", SCENES, ids=range(len(SCENES)))
 def test_the_core_simulates_it_to_the_same_bits(scene):
-    settings = Settings(duration=0.01, samples=11, outputs=None).for_scene(scene)
+    settings = Settings(duration=0.01, samples=11, outputs=None).fitted(scene.check())
     swept = _core.sweep([flat(scene)], settings.to_json())
     alone = cc.simulate(scene, duration=0.01, samples=11)
     for column, name in enumerate(swept["columns"]):

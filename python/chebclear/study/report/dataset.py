@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from ...data.dataset import Dataset, Variable
-from ...run.dataset import common_facts
+from ...run.settings import common_facts
 
 if TYPE_CHECKING:
     from ..results import StudyResult

@@ -101,7 +101,7 @@ class SceneRuns:
         self._like = self._flat(self._nominal, nominal)
         try:
             facts = self._nominal.check()
-            self.settings = settings.for_scene(self._nominal, runs=self.count if execution.in_memory else 1)
+            self.settings = settings.fitted(facts)
             self._branch = facts.branch
         except InputError as error:
             raise type(error)(located(nominal, error.problems)) from None
@@ -131,8 +131,7 @@ class SceneRuns:
             numbers = list(range(self._last))
             if self._midpoint:  # first, since a study needs it
                 numbers = [self._last, *numbers]
-            usage = replace(self._usage, threads=self._threads)
-            batch = Batch(self._build, numbers, settings, execution, store, usage)
+            batch = Batch(self._build, numbers, settings, execution, store, self._usage)
             batch.run(report)
         except RefusedRunError as error:
             raise SceneError(located(self.parameters(error.number), error.end.problems)) from None
@@ -141,13 +140,6 @@ class SceneRuns:
             if store is not None:
                 store.close()
         return self._sorted(batch, [] if store is None else store.remarks)
-
-    @property
-    def _threads(self) -> int:
-        """Threads of this process that simulate."""
-        if self._execution.executor is not None:
-            return 0
-        return min(self.count, self._execution.threads or os.cpu_count() or 1)
 
     def _build(self, numbers: Sequence[int]) -> Sequence[Built | End]:
         """The scenes of some runs for the core."""
