@@ -112,7 +112,7 @@ except cc.errors.MemoryLimitError as error:
         capture_output=True,
         text=True,
         timeout=120,
-        env=os.environ | {"PYTHONPATH": os.path.dirname(os.path.dirname(__file__))},
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
     )
     assert done.stdout.startswith("True the study takes about 172 MB, and the limit of this process leaves")
 
