@@ -100,12 +100,8 @@ class Checks:
         self._problems: list[tuple[str, str]] = []
         self._wrong_types = 0
 
-    def add(self, problem: str, *, wrong_type: bool = False) -> None:
-        """Add a problem as a sentence that begins with the name of the argument."""
-        self.add_at(*problem.partition(" ")[::2], wrong_type=wrong_type)
-
-    def add_at(self, name: str, message: str, *, wrong_type: bool = False) -> None:
-        """Add a problem of the argument of this name."""
+    def add(self, name: str, message: str, *, wrong_type: bool = False) -> None:
+        """Add a problem of the argument of this name, of which it says what must be."""
         self._problems.append((name, message))
         self._wrong_types += wrong_type
 
@@ -113,7 +109,7 @@ class Checks:
         """A number, or NaN after adding a problem; the core checks its range."""
         number = as_number(value)
         if number is None:
-            self.add_at(name, f"must be a number [{unit}], got {value!r}", wrong_type=True)
+            self.add(name, f"must be a number [{unit}], got {value!r}", wrong_type=True)
             return math.nan
         return number
 
@@ -121,10 +117,10 @@ class Checks:
         """A whole number, or 0 after adding a problem; the core checks its range."""
         number = as_whole(value)
         if number is None:
-            self.add_at(name, f"must be a whole number, got {value!r}", wrong_type=True)
+            self.add(name, f"must be a whole number, got {value!r}", wrong_type=True)
             return 0
         if abs(number) > sys.float_info.max:  # which the core cannot read
-            self.add_at(name, f"must be a whole number, got one of {number.bit_length()} bits")
+            self.add(name, f"must be a whole number, got one of {number.bit_length()} bits")
             return 0
         return number
 
@@ -155,7 +151,7 @@ class Checks:
         words = " and ".join(f"{sign} {limit:g}" for sign, limit in limits if limit is not None)
         accepted = f"a finite number {words}".strip()
         shown = refused(value, [limit for _, limit in limits]) if isinstance(value, float) else repr(value)
-        self.add_at(name, f"must be {accepted} [{unit}], got {shown}", wrong_type=number is None)
+        self.add(name, f"must be {accepted} [{unit}], got {shown}", wrong_type=number is None)
         return math.nan if number is None else number
 
     def seed(self, name: str, value: object) -> int:
@@ -168,7 +164,7 @@ class Checks:
         number = as_whole(value)
         if number is None or not 0 <= number <= MOST_SEED:
             accepted = f"a whole number >= 0 and <= {MOST_SEED}, a numpy.random.Generator or None"
-            self.add_at(name, f"must be {accepted}, got {value!r}", wrong_type=number is None)
+            self.add(name, f"must be {accepted}, got {value!r}", wrong_type=number is None)
             return 0
         return number
 
@@ -177,12 +173,12 @@ class Checks:
         number = as_whole(value)
         problem = f"must be a whole number >= {least}"
         if number is None:
-            self.add_at(name, f"{problem}, got {value!r}", wrong_type=True)
+            self.add(name, f"{problem}, got {value!r}", wrong_type=True)
             return least
         if number < least:
-            self.add_at(name, f"{problem}, got {value!r}")
+            self.add(name, f"{problem}, got {value!r}")
         elif most is not None and number > most:
-            self.add_at(name, f"{problem} and <= {most}, got {value!r}")
+            self.add(name, f"{problem} and <= {most}, got {value!r}")
         return number
 
     def word(self, name: str, value: object, accepted: Iterable[str]) -> str:
@@ -191,7 +187,7 @@ class Checks:
         if not isinstance(value, str) or value not in words:
             choice = ", ".join(f'"{word}"' for word in words)
             problem = f"must be one of {choice}, got {value!r}{did_you_mean(value, words)}"
-            self.add_at(name, problem, wrong_type=not isinstance(value, str))
+            self.add(name, problem, wrong_type=not isinstance(value, str))
             return words[0]
         return str(value)
 
@@ -199,7 +195,7 @@ class Checks:
         """Names that pages, tables and terminals can show."""
         for name in given:
             if isinstance(name, str) and not is_plain(name):
-                self.add(f"{what} must be named without control characters, got {name!r}")
+                self.add(what, f"must be named without control characters, got {name!r}")
 
     def noted(self, name: str) -> bool:
         """Whether there is a problem of the argument of this name."""

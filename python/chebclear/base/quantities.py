@@ -46,7 +46,7 @@ class Interval:
         for name in ("lower", "upper"):
             object.__setattr__(self, name, checks.real(name, _in_si(name, getattr(self, name)), "SI unit"))
         if self.lower >= self.upper:
-            checks.add(f"lower must be < upper, got lower = {self.lower!r} and upper = {self.upper!r}")
+            checks.add("lower", f"must be < upper, got lower = {self.lower!r} and upper = {self.upper!r}")
         checks.finish()
         nominal = _in_si("nominal", self.nominal)
         if nominal is None:
@@ -96,12 +96,13 @@ class Interval:
             part = checks.real("rel", rel, "-", above=0.0)
             if math.isfinite(part) and part > 1.0:
                 checks.add(
-                    f"rel must be a part of the nominal value, <= 1 [-], got {rel!r}: {rel!r} % is "
+                    "rel",
+                    f"must be a part of the nominal value, <= 1 [-], got {rel!r}: {rel!r} % is "
                     f"rel={part / 100.0:g}; for an interval that contains zero give plus and minus, or "
-                    "both ends"
+                    "both ends",
                 )
             if middle == 0.0:
-                checks.add("nominal must not be 0 with rel; use plus and minus")
+                checks.add("nominal", "must not be 0 with rel; use plus and minus")
             above = below = part * abs(middle)
         else:
             above, below = (
@@ -109,7 +110,7 @@ class Interval:
                 for name, given in (("plus", plus), ("minus", minus))
             )
             if above == below == 0.0:
-                checks.add("plus and minus must not both be 0")
+                checks.add("plus", "and minus must not both be 0")
         checks.finish()
         return cls(middle - below, middle + above, None if above == below else middle)  # type: ignore[arg-type]
 

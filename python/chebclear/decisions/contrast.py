@@ -300,7 +300,7 @@ def contrast(
     seed = checks.seed("rng", rng)
     for place, runner in zip(("first", "second"), runners, strict=True):
         if isinstance(runner.model, FinishedRuns):
-            checks.add(f"{place} is a table of finished runs, which has no values at other points")
+            checks.add(place, "is a table of finished runs, which has no values at other points")
     checks.finish()
     notices: dict[object, Notice] = {}
     features, outside = [], []

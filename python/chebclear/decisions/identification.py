@@ -173,13 +173,13 @@ class Identification(Shown):
         checks = Checks()
         for name in dict.fromkeys([*self.intervals, *parameters]):
             if name not in self.intervals or name not in parameters:
-                checks.add_at(name, f"must be one of {', '.join(self.intervals)}, each with a value")
+                checks.add(name, f"must be one of {', '.join(self.intervals)}, each with a value")
             else:
                 side = self.intervals[name]
                 checks.real(name, parameters[name], "SI unit", least=side.lower, most=side.upper)
         least = math.ceil(self.confidence / (1.0 - self.confidence))
         if runs and (self._fresh is None or runs < least):
-            checks.add(f"runs must be at least {least}, of a study that can make them, got {runs}")
+            checks.add("runs", f"must be at least {least}, of a study that can make them, got {runs}")
         checks.finish()
         given = {name: float(parameters[name]) for name in self.intervals}
         cube = on_cube(self.intervals, np.array([list(given.values())]))
@@ -290,16 +290,16 @@ def identify(
         source = source.sample()
     checks = Checks()
     if isinstance(parameters, str) or not parameters:
-        checks.add(f"parameters must be a list of names, got {parameters!r}", wrong_type=True)
+        checks.add("parameters", f"must be a list of names, got {parameters!r}", wrong_type=True)
     for name in parameters:
         if name not in source.intervals:
             known = meant_or_known(name, source.intervals)
-            checks.add_at("parameters", f'has an unknown name "{name}"{known}')
+            checks.add("parameters", f'has an unknown name "{name}"{known}')
     level = checks.real("confidence", confidence, "-", above=0.0, below=1.0)
     seed = checks.seed("rng", rng)
     asked = asked_features(checks, features, source, measured)
     if measured.t is None:
-        checks.add("measured has no instants t")
+        checks.add("measured", "has no instants t")
     checks.finish()
     named = {name: source.intervals[name] for name in parameters}
     columns = [list(source.intervals).index(name) for name in named]

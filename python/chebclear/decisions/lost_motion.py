@@ -145,13 +145,13 @@ def lost_motion(
     if not isinstance(scene, Scene):
         raise ArgumentTypeError(f"scene must be a Scene, got {scene!r:.80}")
     if not isinstance(at, str):
-        checks.add(f'at must be a point or a body, such as "slider", got {at!r}', wrong_type=True)
+        checks.add("at", f'must be a point or a body, such as "slider", got {at!r}', wrong_type=True)
     way = _way(checks, direction)
     count = checks.whole("angles", angles, least=2)
     play = _play(checks, scene, clearances)
     speeds = [drive for drive in scene.drives if isinstance(drive, Speed) and drive.speed]
     if len(speeds) != 1:
-        checks.add(f"scene must have one drive at constant speed, got {len(speeds)}")
+        checks.add("scene", f"must have one drive at constant speed, got {len(speeds)}")
     checks.finish()
     held = _held(scene, speeds[0], _load(at, way))
     turning = held.check()
@@ -179,12 +179,12 @@ def _way(checks: Checks, direction: object) -> tuple[float, float] | None:
     given = np.ravel(np.asarray(direction, dtype=object))
     numbers = [as_number(one) for one in given]
     if len(numbers) != 2 or None in numbers:
-        checks.add(f"direction must be a pair of numbers (x, y), got {direction!r}", wrong_type=True)
+        checks.add("direction", f"must be a pair of numbers (x, y), got {direction!r}", wrong_type=True)
         return 1.0, 0.0
     x, y = (float(one) for one in numbers if one is not None)
     length = math.hypot(x, y)
     if not 0.0 < length < math.inf:
-        checks.add(f"direction must be finite and not zero, got {direction!r}")
+        checks.add("direction", f"must be finite and not zero, got {direction!r}")
         return 1.0, 0.0
     return x / length, y / length
 
@@ -195,19 +195,21 @@ def _play(checks: Checks, scene: Scene, clearances: object) -> dict[str, float]:
     if clearances is None:
         found = {joint.name: joint.clearance for joint in with_play}
         if not found:
-            checks.add("scene has no joint with clearance: give clearances")
+            checks.add("scene", "has no joint with clearance: give clearances")
         return found
     known = [joint.name for joint in scene.joints if isinstance(joint, Revolute) or joint in with_play]
     if not isinstance(clearances, Mapping) or not clearances:
         checks.add(
-            f"clearances must map names of joints to clearances on one side [m], got {clearances!r}",
+            "clearances",
+            f"must map names of joints to clearances on one side [m], got {clearances!r}",
             wrong_type=not isinstance(clearances, Mapping),
         )
         return {}
     for name in clearances:
         if name not in known:
             checks.add(
-                f'clearances["{name}"]: unknown joint that may have play{meant_or_known(str(name), known)}'
+                f'clearances["{name}"]',
+                f"is no joint that may have play{meant_or_known(str(name), known)}",
             )
     return {
         name: checks.real(f'clearances["{name}"]', one, "m", least=0.0) for name, one in clearances.items()

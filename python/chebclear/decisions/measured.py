@@ -71,19 +71,21 @@ class Measured(records.ArrayRecord, Named[Array]):
         axes = {name: axis for name, axis in (("t", self.t), ("angle", self.angle)) if axis is not None}
         given = {name: _column(checks, name, one) for name, one in (axes | dict(self.columns)).items()}
         if not axes or not self.columns:
-            checks.add("a trace needs t or angle, and at least one column of values")
+            checks.add("t", "or angle must be given, and at least one column of values")
         if len({len(column) for column in given.values()}) > 1:
-            checks.add(f"columns must be equally long, got { ({n: len(one) for n, one in given.items()}) }")
+            checks.add(
+                "columns", f"must be equally long, got { ({n: len(one) for n, one in given.items()}) }"
+            )
         checks.finish()
         for name in axes:
             object.__setattr__(self, name, given[name])
         object.__setattr__(self, "columns", {name: given[name] for name in self.columns})
         if self.t is not None and np.min(np.diff(self.t)) <= 0.0:
             late = int(np.argmax(np.diff(self.t) <= 0.0)) + 1
-            checks.add(f"t must rise, it does not at sample {late}, {self.t[late]:.6g} s")
+            checks.add("t", f"must rise, it does not at sample {late}, {self.t[late]:.6g} s")
         if self.angle is not None and np.max(np.abs(np.diff(self.angle))) > _TURN / _LEAST_OF_A_TURN:
             checks.add(
-                f"angle has fewer than {_LEAST_OF_A_TURN} samples in a turn: too coarse to count turns"
+                "angle", f"has fewer than {_LEAST_OF_A_TURN} samples in a turn: too coarse to count turns"
             )
         checks.finish()
         super().__post_init__()
@@ -123,7 +125,7 @@ class Measured(records.ArrayRecord, Named[Array]):
         number = quantity(checks, "level", level, self.units.get(signal, ""))
         start = checks.real("start", start, "rad" if turns else "s")
         if self.t is None:
-            checks.add("t is needed: a trigger aligns instants")
+            checks.add("t", "is needed: a trigger aligns instants")
         checks.finish()
         assert self.t is not None
         after = np.flatnonzero(rising_edges(values, number, number)) + 1
@@ -166,7 +168,7 @@ class Measured(records.ArrayRecord, Named[Array]):
         common = [name for name in asked if name in self.columns]
         if not common:
             checks.add(
-                f"bands of {listed(asked)} have no output in common with the trace, {listed(self.columns)}"
+                "bands", f"of {listed(asked)} have no output in common with the trace, {listed(self.columns)}"
             )
         found = {name: _agreement(checks, self, asked[name]) for name in common}
         checks.finish()
@@ -237,16 +239,14 @@ def _agreement(checks: Checks, measured: Measured, band: Band) -> Agreement | No
     scale = unit_factor(checks, name, measured.units.get(name, ""), band.unit)
     axis, places = ("t", measured.t) if band.angle is None else ("angle", measured.angle)
     if places is None:
-        checks.add_at(
-            name, f"has a band over {axis}, and the trace has no {axis}: load or trigger it with one"
-        )
+        checks.add(name, f"has a band over {axis}, and the trace has no {axis}: load or trigger it with one")
         return None
     if band.angle is None:
         kept, grid = (places >= band.t[0]) & (places <= band.t[-1]), band.t
         within = places = places[kept]
         if not len(places):
             ends = f"{band.t[0]:.6g} to {band.t[-1]:.6g} s"
-            checks.add_at(name, f"does not overlap with its band, which is from {ends}")
+            checks.add(name, f"does not overlap with its band, which is from {ends}")
             return None
     else:
         kept, sense = np.ones(len(places), dtype=bool), math.copysign(1.0, band.angle[-1] - band.angle[0])
@@ -266,9 +266,9 @@ def _column(checks: Checks, name: str, given: object) -> Array:
     except (TypeError, ValueError):
         column = np.empty(0)
     if column.ndim != 1 or len(column) < 2:
-        checks.add_at(name, f"must be at least 2 numbers, of shape (samples,), got {given!r:.60}")
+        checks.add(name, f"must be at least 2 numbers, of shape (samples,), got {given!r:.60}")
     elif not np.all(np.isfinite(column)):
-        checks.add_at(name, f"must be finite, it is not at sample {np.argmin(np.isfinite(column))}")
+        checks.add(name, f"must be finite, it is not at sample {np.argmin(np.isfinite(column))}")
     return column if column.ndim == 1 else np.empty(0)
 
 
@@ -278,7 +278,7 @@ def unit_factor(checks: Checks, name: str, own: str, wanted: str) -> float:
         try:
             return 1.0 / convert(f"1 {wanted}", own)
         except UnitError:
-            checks.add_at(name, f"is measured in {own}, in the model it is in {wanted}")
+            checks.add(name, f"is measured in {own}, in the model it is in {wanted}")
     return 1.0
 
 
@@ -289,7 +289,7 @@ def quantity(checks: Checks, name: str, given: float | str, unit: str, least: fl
             convert(given, unit or "unit") if isinstance(given, str) and is_quantity(given) else float(given)
         )
     except UnitError as error:
-        checks.add_at(name, str(error))
+        checks.add(name, str(error))
         return math.nan
     except (TypeError, ValueError):
         number = math.nan
@@ -346,18 +346,18 @@ def load_measured(
         t, angle = ("t" if "t" in known else None), ("angle" if "angle" in known else None)
     axes = {name: text for name, text in (("t", t), ("angle", angle)) if text is not None}
     if not axes:
-        checks.add(f"t or angle must name a column of the file{meant_or_known('time', known)}")
+        checks.add("t", f"or angle must name a column of the file{meant_or_known('time', known)}")
     taken = [_HEAD.fullmatch(text)[1] for text in axes.values()]  # type: ignore[index]
     asked = {name: name for name in known if name not in taken} if columns is None else dict(columns)
     if not all(isinstance(text, str) for text in asked.values()):
-        checks.add(f"columns must name a column for each output, got {columns!r:.80}", wrong_type=True)
+        checks.add("columns", f"must name a column for each output, got {columns!r:.80}", wrong_type=True)
         checks.finish()
     found, units = {}, {}
     for name, text in [*axes.items(), *asked.items()]:
         column, given = _HEAD.fullmatch(text).groups()  # type: ignore[union-attr]
         if known.count(column) != 1:
             several = "is in several columns" if column in known else "is no column"
-            checks.add_at(name, f'{several} of the file: "{column}"{meant_or_known(column, known)}')
+            checks.add(name, f'{several} of the file: "{column}"{meant_or_known(column, known)}')
             continue
         index = known.index(column)
         wanted = {"t": "s", "angle": "rad"}[name] if name in axes else column_unit(name)
@@ -385,13 +385,13 @@ def _scale(
             else:
                 read.append((convert(f"1 {text}", wanted or "unit"), wanted or si_unit(text)))
     except UnitError as error:
-        checks.add_at(name, str(error))
+        checks.add(name, str(error))
         return math.nan, ""
     if not read:
         needed = f"[{wanted}]" if wanted else "any unit, [-] for a plain number"
-        checks.add_at(name, f"has no unit: write it behind the name, of {needed}")
+        checks.add(name, f"has no unit: write it behind the name, of {needed}")
     elif read[0] != read[-1]:
-        checks.add_at(name, f"is in [{of_file}] in the file and in [{given}] in the argument")
+        checks.add(name, f"is in [{of_file}] in the file and in [{given}] in the argument")
     return read[0] if read else (math.nan, "")
 
 
@@ -425,5 +425,5 @@ def _numbers(checks: Checks, name: str, cells: Sequence[str]) -> Array:
     wrong = np.flatnonzero(~np.isfinite(numbers))
     if len(wrong):
         lines = listed([str(index + 2) for index in wrong], most=_MOST_NAMED)
-        checks.add_at(name, f'must be finite numbers, got "{cells[wrong[0]]:.40}" (lines {lines})')
+        checks.add(name, f'must be finite numbers, got "{cells[wrong[0]]:.40}" (lines {lines})')
     return numbers

@@ -175,9 +175,11 @@ def rare_share(
     if isinstance(runner.model, FinishedRuns) or any(
         isinstance(one, Interval) for one in runner.parameters.values()
     ):
-        checks.add("study must have a distribution for every parameter, from which mechanisms can be drawn")
+        checks.add(
+            "study", "must have a distribution for every parameter, from which mechanisms can be drawn"
+        )
     if set(along.parameter_names) != set(runner.parameters):
-        checks.add(f"along has other parameters than the study: {', '.join(along.parameter_names)}")
+        checks.add("along", f"has other parameters than the study: {', '.join(along.parameter_names)}")
     checks.finish()
     (name, one), *_ = asked.items()
     watching, watched = watching_for(runner, asked)

@@ -89,15 +89,15 @@ def asked_features(
     else:
         pairs = []
     if not pairs:
-        checks.add(f"features must be a list of features of outputs, got {given!r:.80}", wrong_type=True)
+        checks.add("features", f"must be a list of features of outputs, got {given!r:.80}", wrong_type=True)
     asked: dict[str, TraceFeature] = {}
     for name, one in pairs:
         if not isinstance(one, Feature | OfSamples):
-            checks.add_at(f'features["{name}"]', f"must be a feature of samples{meant_or_known(name, own)}")
+            checks.add(f'features["{name}"]', f"must be a feature of samples{meant_or_known(name, own)}")
         elif isinstance(one, Feature) and one.kind in JOINT_KINDS and one.kind not in _OF_CONTACT:
-            checks.add_at(f'features["{name}"]', "is found in simulations only, not in samples of a trace")
+            checks.add(f'features["{name}"]', "is found in simulations only, not in samples of a trace")
         elif column_of(one) not in measured:
-            checks.add_at(f'features["{name}"]', f"needs {column_of(one)}, which was not measured")
+            checks.add(f'features["{name}"]', f"needs {column_of(one)}, which was not measured")
         else:
             asked[str(name)] = one
     return asked
@@ -119,18 +119,19 @@ def trace_features(
     window = measured.t[inside]
     step = (window[-1] - window[0]) / (len(window) - 1) if len(window) > 1 else math.nan
     if not step > 0.0:
-        checks.add(f"measured does not overlap with the time of the model, {t[0]:.6g} to {t[-1]:.6g} s")
+        checks.add("measured", f"does not overlap with the time of the model, {t[0]:.6g} to {t[-1]:.6g} s")
     else:
         time_axis(checks, window)
         if len(t) > 2 and t[1] - t[0] > step * (1.0 + 1e-3):
             checks.add(
-                f"samples of the runs, every {t[1] - t[0]:.3g} s, are too coarse for a trace of {step:.3g} s"
+                "samples",
+                f"of the runs, every {t[1] - t[0]:.3g} s, are too coarse for a trace of {step:.3g} s",
             )
     factors = {name: unit_factor(checks, name, measured.units.get(name, ""), units[name]) for name in wanted}
     deviations = dict.fromkeys(wanted, 0.0)
     for name, size in (noise or {}).items():
         if name not in wanted:
-            checks.add_at(f'noise["{name}"]', "is of no output that the features use")
+            checks.add(f'noise["{name}"]', "is of no output that the features use")
             continue
         own = measured.units.get(name, "")
         deviations[name] = factors[name] * quantity(checks, f'noise["{name}"]', size, own, least=0.0)
@@ -141,7 +142,7 @@ def trace_features(
         try:
             values[name] = float(_value(one, window, samples[None])[0])
         except ArgumentError as error:  # too coarse, for instance
-            checks.add_at(f'features["{name}"]', str(error))
+            checks.add(f'features["{name}"]', str(error))
         _check_events(checks, name, one, samples)
     return trace, values
 
@@ -151,7 +152,7 @@ def _axis(checks: Checks, source: Study | StudyResult, wanted: list[str]) -> tup
     if isinstance(source, StudyResult):
         t, known, units = source.t, source.outputs, {name: band.unit for name, band in source.items()}
         if source.requirement is not None and source.requirement.revolutions is not None:
-            checks.add("source is a result by crank angle: give its study, or a result over time")
+            checks.add("source", "is a result by crank angle: give its study, or a result over time")
     elif (settings := source.runner.settings) is not None:
         t, known = np.array([settings.skip, settings.skip + settings.duration]), tuple(wanted)
         units = {name: column_unit(name) for name in wanted}
@@ -161,7 +162,7 @@ def _axis(checks: Checks, source: Study | StudyResult, wanted: list[str]) -> tup
         t, known, units = run.t, run.outputs, dict(source.runner.units)
     for name in wanted:
         if name not in known:
-            checks.add_at(name, f"is no output of the model{meant_or_known(name, known)}")
+            checks.add(name, f"is no output of the model{meant_or_known(name, known)}")
     return t, {name: units.get(name, "") for name in wanted}
 
 
@@ -185,7 +186,7 @@ def _check_events(checks: Checks, name: str, feature: TraceFeature, samples: Arr
     events = np.count_nonzero(above[1:] & ~above[:-1])
     short = np.count_nonzero(above[1:-1] & ~above[:-2] & ~above[2:])
     if 2 * short > events:
-        checks.add_at(
+        checks.add(
             f'features["{name}"]',
             f"counts what the samples are too coarse for: {short} of {events} events are one sample long",
         )

@@ -239,13 +239,13 @@ def wear_life(
         raise ArgumentTypeError(f"scene must be a Scene, got {scene!r:.80}")
     bearings = {joint.name: joint for joint in loose_joints(scene.joints)}
     if not isinstance(wear, Mapping) or not wear:
-        checks.add(f"wear must map names of joints to laws.Archard, got {wear!r}", wrong_type=True)
+        checks.add("wear", f"must map names of joints to laws.Archard, got {wear!r}", wrong_type=True)
         wear = {}
     for name, law in wear.items():
         if name not in bearings:
-            checks.add(f'wear["{name}"]: unknown joint with clearance{meant_or_known(name, bearings)}')
+            checks.add(f'wear["{name}"]', f"is no joint with clearance{meant_or_known(name, bearings)}")
         if not isinstance(law, Archard):
-            checks.add(f'wear["{name}"] must be a laws.Archard, got {law!r}', wrong_type=True)
+            checks.add(f'wear["{name}"]', f"must be a laws.Archard, got {law!r}", wrong_type=True)
     for name, number, of in (
         ("limit", limit, "m"),
         ("depth_per_jump", depth_per_jump, "m"),
@@ -257,14 +257,15 @@ def wear_life(
     if requirement is not None:
         if not isinstance(requirement, Specification) or requirement.at is not None:
             checks.add(
-                f"requirement must be one for all the time, as require makes it, got {requirement!r}",
+                "requirement",
+                f"must be one for all the time, as require makes it, got {requirement!r}",
                 wrong_type=not isinstance(requirement, Specification),
             )
         else:
             of = column_unit(requirement.quantity)
             lower, upper = requirement.limits(checks, "requirement", of)
     elif limit is None:
-        checks.add("give a limit of the depth, a requirement or both")
+        checks.add("limit", "of the depth, a requirement or both must be given")
     skipped = checks.whole("settle", settle, least=0)
     counted = checks.whole("measure", measure, least=1)
     runs = checks.whole("max_runs", max_runs, least=1)

@@ -43,16 +43,16 @@ class ExecutionOptions:
         if threads is not None:
             threads = checks.whole("threads", threads, least=1, most=MOST_THREADS)
         if self.executor is not None and not callable(getattr(self.executor, "submit", None)):
-            checks.add(f"executor must have a method submit, got {self.executor!r}", wrong_type=True)
+            checks.add("executor", f"must have a method submit, got {self.executor!r}", wrong_type=True)
         checks.word("on_failure", self.on_failure, ("collect", "raise"))
         if run_seconds is not None:
             run_seconds = checks.real("run_seconds", run_seconds, "s", above=0.0)
         if max_seconds is not None:
             max_seconds = checks.real("max_seconds", max_seconds, "s", above=0.0)
         if self.store is not None and not isinstance(self.store, str | os.PathLike):
-            checks.add(f"store must be the path of a folder, got {self.store!r}", wrong_type=True)
+            checks.add("store", f"must be the path of a folder, got {self.store!r}", wrong_type=True)
         if not isinstance(self.in_memory, bool):
-            checks.add(f"in_memory must be True or False, got {self.in_memory!r}", wrong_type=True)
+            checks.add("in_memory", f"must be True or False, got {self.in_memory!r}", wrong_type=True)
         elif not self.in_memory and self.store is None:
-            checks.add("in_memory may only be False with a store, in whose folder the samples then are")
+            checks.add("in_memory", "may only be False with a store, in whose folder the samples then are")
         return replace(self, threads=threads, run_seconds=run_seconds, max_seconds=max_seconds)

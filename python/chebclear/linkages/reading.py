@@ -80,9 +80,9 @@ def read_linkage(
     scale = read.length_unit if length_unit is None else scale
     speed = read.crank_speed if crank_speed is None else crank_speed
     if scale is None:
-        checks.add("length_unit must be given, as the lengths of the source have no unit")
+        checks.add("length_unit", "must be given, as the lengths of the source have no unit")
     if speed is None:
-        checks.add("crank_speed must be given, as the source has no unit of time [rad/s]")
+        checks.add("crank_speed", "must be given, as the source has no unit of time [rad/s]")
     checks.finish()
     assert scale is not None and speed is not None
     return read.template(scale, speed, density, cross_section)
@@ -93,7 +93,7 @@ def _scale(unit: str | None, checks: Checks) -> float | None:
     try:
         return None if unit is None else convert(f"1 {unit}", "m")
     except UnitError as error:
-        checks.add(f"length_unit {error}")
+        checks.add("length_unit", f"{error}")
         return None
 
 

@@ -180,7 +180,7 @@ class Arguments(Checks):
                 what += f"journal moves in its bearing there is no joint angle to prescribe{choice}"
             else:
                 what = f'unknown pin "{name}"{did_you_mean(name, pins) or choice}'
-            self.add_at("clearance_at", what)
+            self.add("clearance_at", what)
         known = [name for name in names if isinstance(name, str) and name in pins]
         if type(clearance) is float or not isinstance(clearance, Mapping):
             if known:
@@ -191,10 +191,10 @@ class Arguments(Checks):
         given = dict(clearance)
         for name in known:
             if name not in given:
-                self.add_at(f"clearance.{name}", "is missing")
+                self.add(f"clearance.{name}", "is missing")
         for name, value in given.items():
             if name not in known:
-                self.add_at(f"clearance.{name}", f"has no place in clearance_at{did_you_mean(name, known)}")
+                self.add(f"clearance.{name}", f"has no place in clearance_at{did_you_mean(name, known)}")
             else:
                 self.positive(f"clearance.{name}", value)
         return {name: as_number(given.get(name)) or 0.0 for name in known}

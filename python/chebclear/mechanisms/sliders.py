@@ -271,7 +271,7 @@ def quick_return(
     clearances = arguments.places(clearance_at, shared.clearance, pins, driven="crank_bearing")
     radius, depth = as_number(crank_length), as_number(pivot_distance)
     if radius is not None and radius == depth:
-        arguments.add_at(
+        arguments.add(
             "pivot_distance", "must differ from crank_length: the block would reach the lever's pivot"
         )
     arguments.finish()

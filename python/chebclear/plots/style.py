@@ -64,7 +64,7 @@ def print_style(
 
     checks = Checks()
     if columns not in _WIDTHS:
-        checks.add(f"columns must be 1 or 2, got {columns!r}")
+        checks.add("columns", f"must be 1 or 2, got {columns!r}")
     checks.word("format", format, _FORMATS)
     points = checks.real("font_size", font_size, "pt", above=0.0)
     if size is None:

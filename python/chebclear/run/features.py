@@ -76,10 +76,10 @@ class Feature:
         checks = Checks()
         wrong = not isinstance(self.kind, str)
         if wrong or self.kind not in KINDS:
-            checks.add(f"kind is no feature: {self.kind!r}{meant_kind(self.kind)}", wrong_type=wrong)
+            checks.add("kind", f"is no feature: {self.kind!r}{meant_kind(self.kind)}", wrong_type=wrong)
         what = "a clearance joint" if not wrong and self.kind in JOINT_KINDS else "an output"
         if not isinstance(self.of, str):
-            checks.add(f"{self.kind} needs the name of {what}, got {self.of!r}", wrong_type=True)
+            checks.add("of", f"must be the name of {what}, got {self.of!r}", wrong_type=True)
         checks.finish()
 
     @property
@@ -234,12 +234,13 @@ def checked_features(checks: Checks, given: object) -> tuple[Feature, ...]:
     if given is None:
         return ()
     if isinstance(given, str) or not isinstance(given, Sequence):
-        checks.add(f'features must be a list such as [peak("slider.ax")], got {given!r}', wrong_type=True)
+        checks.add("features", f'must be a list such as [peak("slider.ax")], got {given!r}', wrong_type=True)
         return ()
     for index, feature in enumerate(given):
         if not isinstance(feature, Feature):
             checks.add(
-                f'features[{index}] must be a feature such as peak("slider.ax"), got {feature!r}',
+                f"features[{index}]",
+                f'must be a feature such as peak("slider.ax"), got {feature!r}',
                 wrong_type=True,
             )
     return tuple(feature for feature in given if isinstance(feature, Feature))

@@ -175,17 +175,17 @@ class Settings(Shown):
         if isinstance(settings, cls):
             values = dict(vars(settings))
         elif settings is not None:
-            checks.add(f"settings must be a Settings, got {settings!r}", wrong_type=True)
+            checks.add("settings", f"must be a Settings, got {settings!r}", wrong_type=True)
         names = [*RunOptions.__annotations__, "outputs", "features"] if accepted is None else list(accepted)
         for name, value in options.items():
             if name not in names:
-                checks.add(f'unknown keyword "{name}"{did_you_mean(name, names)}', wrong_type=True)
+                checks.add(name, f"is no keyword{did_you_mean(name, names)}", wrong_type=True)
             elif value is not None or name not in ("outputs", "features"):
                 values[name] = value
         values |= found or {}
         for name in ("duration", "samples"):
             if name not in values and (settings is None or isinstance(settings, cls)):
-                checks.add(f"{name} is missing: give it, or settings=Settings(...)", wrong_type=True)
+                checks.add(name, "is missing: give it, or settings=Settings(...)", wrong_type=True)
         ordered = {name: values[name] for name in known if name in values}
         asked = ordered["features"]
         alone = not (asked if isinstance(asked, Sequence) else asked is not None)
@@ -233,7 +233,7 @@ class Settings(Shown):
             exact = name in columns or name in facts.sector_columns
             found = [name] if exact else matching(columns, name) or matching(facts.sector_columns, name)
             if not found:
-                checks.add(f'unknown output "{name}"{output_meant(name, columns)}')
+                checks.add("outputs", f'name the unknown output "{name}"{output_meant(name, columns)}')
             names |= dict.fromkeys(found)
         checks.finish()
         require_memory(_COPIES * 8.0 * self.samples * len(names), "a run takes")
@@ -256,7 +256,7 @@ def require_features(facts: Inspection, features: Iterable[Feature]) -> None:
         what, known = ("clearance joint", facts.clearance_joints) if joint else ("output", columns)
         if feature.of not in known and (joint or feature.of not in sectors):
             hint = meant_or_known(feature.of, known) if joint else output_meant(feature.of, known)
-            checks.add(f'{feature.kind} of the unknown {what} "{feature.of}"{hint}')
+            checks.add("features", f'has the {feature.kind} of the unknown {what} "{feature.of}"{hint}')
     checks.finish()
 
 
@@ -287,14 +287,14 @@ def checked_settings(
         elif name == "outputs":
             found[name] = checked_names(own, value)
             if outputs_needed and found[name] == ():
-                own.add("outputs must name at least one column; None stands for all")
+                own.add("outputs", "must name at least one column; None stands for all")
         elif name == "features":
             found[name] = checked_features(own, value)
     readable = {name: found[name] for name in names if not own.noted(names[name])}
     for problem in _judged(_EXAMPLE | readable):
         path = problem.path.removeprefix("settings.")
         name = re.split(r"[.\[]", path)[0]
-        own.add_at(names[name] + path.removeprefix(name), problem.message)
+        own.add(names[name] + path.removeprefix(name), problem.message)
     checks.include(own, list(names.values()))
     return found
 
@@ -332,13 +332,13 @@ def checked_names(checks: Checks, outputs: object) -> tuple[str, ...] | None:
     if outputs is None:
         return None
     if isinstance(outputs, str) or not isinstance(outputs, Iterable):
-        checks.add(f"outputs must be a list of column names, got {outputs!r}", wrong_type=True)
+        checks.add("outputs", f"must be a list of column names, got {outputs!r}", wrong_type=True)
         return None
     names = tuple(outputs)
     counts = Counter(name for name in names if isinstance(name, str))
     for name in names:
         if not isinstance(name, str):
-            checks.add(f"outputs must be column names, got {name!r}", wrong_type=True)
+            checks.add("outputs", f"must be column names, got {name!r}", wrong_type=True)
         elif counts.pop(name, 1) > 1:
-            checks.add(f'outputs names "{name}" more than once')
+            checks.add("outputs", f'names "{name}" more than once')
     return names

@@ -95,11 +95,11 @@ def simulate(
     """
     checks = Checks()
     if not isinstance(scene, Scene):
-        checks.add(f"scene must be a Scene, got {scene!r}", wrong_type=True)
+        checks.add("scene", f"must be a Scene, got {scene!r}", wrong_type=True)
     if start is not None and not isinstance(start, EndState):
-        checks.add(f"start must be the end of a run, got {start!r}", wrong_type=True)
+        checks.add("start", f"must be the end of a run, got {start!r}", wrong_type=True)
     if not is_request(progress):
-        checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
+        checks.add("progress", f"must be None, True or callable, got {progress!r}", wrong_type=True)
     checks.word("on_failure", on_failure, ("raise", "return"))
     if error is not None:
         checks.word("error", error, ("estimate",))
@@ -110,7 +110,7 @@ def simulate(
     least = LEAST_RTOL * _TIGHTER[-1]
     if error is not None and settings.rtol < least:
         checks.add(
-            f'error="estimate" needs an rtol >= {least:g} for its companion runs, got {settings.rtol!r}'
+            "error", f'= "estimate" needs an rtol >= {least:g} for its companion runs, got {settings.rtol!r}'
         )
         checks.finish()
     facts = scene.check()

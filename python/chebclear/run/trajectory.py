@@ -309,7 +309,7 @@ class Trajectory(WithNotices, WithSignals, records.Saved, Exports, Named[Array],
         """
         checks = Checks()
         if not isinstance(feature, Feature):
-            checks.add(f'feature must be one such as peak("slider.ax"), got {feature!r}', wrong_type=True)
+            checks.add("feature", f'must be one such as peak("slider.ax"), got {feature!r}', wrong_type=True)
         pieces = 1 if cycles is None else checked_settings(checks, {"cycles": cycles})["cycles"]
         checks.finish()
         found = self._found([feature], pieces)[:, 0]

@@ -159,18 +159,18 @@ def _tables(
     for index, result in enumerate(results):
         missing = [name for name in own.outputs if name not in result.outputs]
         if missing:
-            checks.add(f"include[{index}] misses the outputs {', '.join(missing)}")
+            checks.add(f"include[{index}]", f"misses the outputs {', '.join(missing)}")
         revolutions = None if result.requirement is None else result.requirement.revolutions
         if revolutions != requirement.revolutions:
-            checks.add(f"include[{index}] has other revolutions, or none")
+            checks.add(f"include[{index}]", "has other revolutions, or none")
         elif len(result.t) != len(own.t) or np.max(np.abs(result.t - own.t)) > 1e-9 * (own.t[-1] - own.t[0]):
-            checks.add(f"include[{index}] has other instants")
+            checks.add(f"include[{index}]", "has other instants")
         if result.scene is not None and result.scene != own.scene:
-            checks.add(f"include[{index}] is of another study: its midpoint is another scene")
+            checks.add(f"include[{index}]", "is of another study: its midpoint is another scene")
         elif result.parameter_names != tuple(runner.intervals):
-            checks.add(f"include[{index}] has the parameters {', '.join(result.parameter_names)}")
+            checks.add(f"include[{index}]", f"has the parameters {', '.join(result.parameter_names)}")
         elif not in_box(runner.intervals, result.parameters):
-            checks.add(f"include[{index}] has runs outside of the intervals of this study")
+            checks.add(f"include[{index}]", "has runs outside of the intervals of this study")
     checks.finish()
     return [result.run_table(own.outputs)[: len(result.parameters)] for result in results]
 

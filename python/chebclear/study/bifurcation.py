@@ -196,17 +196,17 @@ def bifurcation(
     checks = Checks()
     given = _checked_values(checks, values)
     if not isinstance(parameter, str):
-        checks.add(f"parameter must be the name of a keyword of build, got {parameter!r}", wrong_type=True)
+        checks.add("parameter", f"must be the name of a keyword of build, got {parameter!r}", wrong_type=True)
     constant = checked_fixed(checks, fixed)
     check_keywords(checks, build, [str(parameter)], constant)
     count = checks.whole("periods", periods, least=1, most=MOST_PERIODS)
     skipped = checks.whole("discard", discard, least=0, most=MOST_PERIODS)
     if is_pattern(output):
-        checks.add(f"output must be the name of one output, got the pattern {output!r}")
+        checks.add("output", f"must be the name of one output, got the pattern {output!r}")
     if threads is not None:
         checks.whole("threads", threads, least=1, most=MOST_THREADS)
     if not is_request(progress):
-        checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
+        checks.add("progress", f"must be None, True or callable, got {progress!r}", wrong_type=True)
     per_period = isinstance(sample_per, str) and sample_per == "period"
     own_period = None if per_period else checks.real("sample_per", sample_per, "s", above=0.0)
     found = {"duration": 1.0, "samples": count + 1, "skip": 0.0, "outputs": None, "features": (), "cycles": 1}
@@ -243,9 +243,9 @@ def _checked_values(checks: Checks, values: ArrayLike) -> Array:
     """The values of the parameter, shape (values,)."""
     given = np.asarray(values)
     if given.ndim != 1 or not 1 <= len(given) <= MOST_VALUES or given.dtype.kind not in "iuf":
-        checks.add(f"values must be a list of 1 to {MOST_VALUES} numbers, got {values!r}", wrong_type=True)
+        checks.add("values", f"must be a list of 1 to {MOST_VALUES} numbers, got {values!r}", wrong_type=True)
     elif not np.isfinite(given).all() or np.ma.is_masked(values):
-        checks.add("values must be finite, none of them masked")
+        checks.add("values", "must be finite, none of them masked")
     return given.astype(float) if given.dtype.kind in "iuf" else np.zeros(0)
 
 

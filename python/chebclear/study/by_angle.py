@@ -56,7 +56,7 @@ def turning(
     checks.whole("discard", discard, least=0)
     checks.finish()
     if revolutions <= discard:
-        checks.add(f"revolutions must be > discard, got {revolutions} and {discard}")
+        checks.add("revolutions", f"must be > discard, got {revolutions} and {discard}")
     nominal = study.nominal
     scene = study.scene(nominal)
     crank = crank_of(checks, scene, joint)
@@ -234,11 +234,11 @@ def crank_of(checks: Checks, scene: Scene, joint: str | None, argument: str = "a
             return next(iter(driven))
         why = "no drive turns" if not driven else "several drives turn"
         checks.add(
-            f"{why} at constant speed: {argument} must name the joint of the crank, one of {_listed(turn)}"
+            argument, f"must name the joint of the crank, one of {_listed(turn)}: {why} at constant speed"
         )
     elif joint not in turn:
         hint = did_you_mean(joint, turn) if isinstance(joint, str) else ""
-        checks.add(f"{argument} must be a revolute joint, one of {_listed(turn)}, got {joint!r}{hint}")
+        checks.add(argument, f"must be a revolute joint, one of {_listed(turn)}, got {joint!r}{hint}")
     return str(joint)
 
 

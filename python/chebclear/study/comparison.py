@@ -190,26 +190,33 @@ def compare(
     for name, given in (("result", result), ("reference", reference)):
         if not isinstance(given, StudyResult):
             checks.add(
-                f"{name} must be a StudyResult, as Study.chebyshev and Study.scan return, got {given!r}",
+                name,
+                f"must be a StudyResult, as Study.chebyshev and Study.scan return, got {given!r}",
                 wrong_type=True,
             )
     checks.finish()
     shared = [name for name in result if name in reference.outputs]
     if not shared:
-        checks.add(f"no output is in both results: {list(result.outputs)} and {list(reference.outputs)}")
+        checks.add(
+            "reference", f"has no output of the result: {list(reference.outputs)} and {list(result.outputs)}"
+        )
         checks.finish()
     t = result.t
     first = float(t[0]) if start is None else checks.real("start", start, "s")
     last = float(t[-1]) if end is None else checks.real("end", end, "s")
     if first > last:
-        checks.add(f"start must be <= end, got start = {first!r} and end = {last!r}")
+        checks.add("start", f"must be <= end, got start = {first!r} and end = {last!r}")
     # A margin, so that rounding does not exclude samples at the ends of the span.
     margin = 1e-9 * float(t[-1] - t[0])
     span = (t >= first - margin) & (t <= last + margin)
     if not span.any():
-        checks.add(f"no sample between start and end; the samples are in [{t[0]:.6g}, {t[-1]:.6g}] s")
+        checks.add(
+            "start", f"and end have no sample between them; the samples are in [{t[0]:.6g}, {t[-1]:.6g}] s"
+        )
     if not (t.shape == reference.t.shape and np.allclose(t, reference.t, rtol=0.0, atol=margin)):
-        checks.add("both results must have the same instants: the same duration and number of samples")
+        checks.add(
+            "reference", "must have the instants of the result: the same duration and number of samples"
+        )
     checks.finish()
 
     errors = {}

@@ -136,19 +136,22 @@ def conformance(
     if specifications is not None:
         asked = checked_specifications(checks, specifications)
     elif not asked:
-        checks.add("specifications: give some, or the study its requirements")
+        checks.add("specifications", "must be given, or the study its requirements")
     count = checks.whole("runs", runs, least=2, most=MOST_RUNS)
     if failures is not None:
         failures = checks.whole("failures", failures, least=2)
     if width is not None:
         checks.real("width", width, "-", above=0.0, below=1.0)
     if failures is not None and width is not None:
-        checks.add("failures and width are two rules of when to end: give one")
+        checks.add("failures", "and width are two rules of when to end: give one")
     checks.whole("inner", inner, least=0, most=MOST_RUNS)
     level = checks.real("confidence", confidence, "-", above=0.0, below=1.0)
     seed = checks.seed("rng", rng)
     if isinstance(study.runner.model, FinishedRuns):
-        checks.add("the runs of a finished table were not drawn from the distributions of its parameters")
+        checks.add(
+            "study",
+            "is a table of finished runs, which were not drawn from the distributions of its parameters",
+        )
     check_drawn(checks, study.runner.parameters)
     checks.finish()
     found = shares_of(study.runner, asked, count, level, seed, failures, width, inner)
@@ -308,14 +311,12 @@ def watching_for(runner: Runner, asked: Mapping[str, Specification]) -> tuple[Ru
         if quantity in runner.features:
             unit = units_of([quantity], runner.features, runner.units, simulated=settings is not None)[0]
             if one.at is not None:
-                checks.add_at(place, f'"{quantity}" is a feature of the whole run: leave out at')
+                checks.add(place, f'"{quantity}" is a feature of the whole run: leave out at')
         elif settings is not None:
             unit = column_unit(quantity)
             if quantity not in columns:
                 known = [*runner.features, *columns]
-                checks.add_at(
-                    place, f'unknown output or feature "{quantity}"{meant_or_known(quantity, known)}'
-                )
+                checks.add(place, f'unknown output or feature "{quantity}"{meant_or_known(quantity, known)}')
             elif one.angle is not None:
                 joint = crank_of(checks, nominal_scene, one.joint, f"{place}.joint")
                 crank, taken = f"{joint}.angle", None
@@ -334,7 +335,7 @@ def watching_for(runner: Runner, asked: Mapping[str, Specification]) -> tuple[Ru
             # A model of the user's own: outputs are known once it has run.
             unit, taken = runner.units.get(quantity, ""), None
             if one.angle is not None:
-                checks.add_at(place, "an angle needs scenes: a model of your own has no crank")
+                checks.add(place, "an angle needs scenes: a model of your own has no crank")
         watched[name] = Watched(taken, unit, one.limits(checks, place, unit), crank)
     checks.finish()
     if settings is not None:
@@ -354,7 +355,7 @@ def _check_instant(checks: Checks, place: str, at: float, settings: Settings) ->
     t = np.linspace(settings.skip, settings.skip + settings.duration, settings.samples)
     nearest = float(t[np.argmin(np.abs(t - at))])
     if abs(nearest - at) > 1e-9 * settings.duration:
-        checks.add_at(place, f"at = {at:g} s is none of the samples; the nearest is {nearest:.9g} s")
+        checks.add(place, f"at = {at:g} s is none of the samples; the nearest is {nearest:.9g} s")
 
 
 def placed(runner: Runner, draws: Array, place: dict[str, float]) -> Array:

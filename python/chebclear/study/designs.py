@@ -101,13 +101,13 @@ def band(
     if confidence is not None:
         checks.real("confidence", confidence, "-", above=0.0, below=1.0)
     if rtol is not None and runner.model is not None:
-        checks.add("rtol is a setting of simulations: a model of your own does not use it")
+        checks.add("rtol", "is a setting of simulations: a model of your own does not use it")
     elif rtol is not None:
         checked_settings(checks, {"rtol": rtol})
     seed = checks.seed("rng", rng)
     for name, value in {"discard": discard, "angle": angle}.items():
         if revolutions is None and value is not None:
-            checks.add(f"{name} is for bands by crank angle: give revolutions too, got {value!r}")
+            checks.add(name, f"is for bands by crank angle: give revolutions too, got {value!r}")
     others = checked_results(checks, include)
     checks.finish()
     settings, needed = runner.run_settings(rtol, BAND_RTOL), exact_runs(coverage, confidence)
@@ -193,9 +193,11 @@ def extended(
     others = checked_results(checks, include)
     requirement = result.requirement
     if requirement is None:
-        checks.add(f"only a result of Study.band can be extended, this is one of Study.{result.kind}")
+        checks.add("result", f"must be one of Study.band to be extended, this is one of Study.{result.kind}")
     elif requirement.finished:
-        checks.add("a table of finished runs has no further ones: make a new table")
+        checks.add(
+            "result", "is one of a table of finished runs, which has no further ones: make a new table"
+        )
     checks.finish()
     assert requirement is not None, "the checks let no other result pass"
     old = result.run_table(result.outputs)
@@ -229,7 +231,7 @@ def checked_results(checks: Checks, include: object) -> list[StudyResult]:
     """The results whose runs are to be included."""
     given = [include] if isinstance(include, StudyResult) else include
     if not isinstance(given, Sequence) or not all(isinstance(one, StudyResult) for one in given):
-        checks.add(f"include must be results of studies, got {include!r}", wrong_type=True)
+        checks.add("include", f"must be results of studies, got {include!r}", wrong_type=True)
         return []
     return list(given)
 

@@ -148,9 +148,9 @@ def function_of(runner: Runner, features: str | Sequence[str] | None) -> StudyFu
     nominal = np.array([list(runner.nominal.values())])
     checks = Checks()
     if settings is not None and not every:
-        checks.add("the study has no features: it needs at least one")
+        checks.add("features", "must be at least one, the study has none")
     if (cycles := runner.cycles) > 1:
-        checks.add(f"a function has one value for each run; this study has {cycles} cycles: leave them out")
+        checks.add("cycles", f"must be left out: a function has one value for each run, this study {cycles}")
     checks.finish()
     # Whatever is wrong for every point shows here, and a model of the user's own names its numbers.
     try:
@@ -159,10 +159,10 @@ def function_of(runner: Runner, features: str | Sequence[str] | None) -> StudyFu
         raise error.first from None
     asked = list(known) if asked is None else asked
     if not asked:
-        checks.add("features: at least one is needed; the model returned no numbers")
+        checks.add("features", "must be at least one; the model returned no numbers")
     for name in asked:
         if name not in known:
-            checks.add(f'features: unknown feature "{name}"{meant_or_known(name, known)}')
+            checks.add("features", f'has the unknown feature "{name}"{meant_or_known(name, known)}')
     checks.finish()
     bounds = np.array([(side.lower, side.upper) for side in runner.intervals.values()])
     return StudyFunction(tuple(runner.intervals), bounds, tuple(asked), _runner=runner, _single=single)

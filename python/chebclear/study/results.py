@@ -370,7 +370,7 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
         checks.whole("runs", runs, least=LEAST_RUNS, most=len(self.parameters))
         if self.requirement is None:
             checks.add(
-                f"only a result of Study.band has bands of its first runs, not one of Study.{self.kind}"
+                "runs", f"may only be given for a result of Study.band, not for one of Study.{self.kind}"
             )
         checks.finish()
         assert self.requirement is not None, "the checks let no other result pass"

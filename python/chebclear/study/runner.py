@@ -139,14 +139,14 @@ def checked_runner(
     constant = checked_fixed(checks, fixed)
     check_keywords(checks, build, intervals, constant)
     if not is_request(progress):
-        checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
+        checks.add("progress", f"must be None, True or callable, got {progress!r}", wrong_type=True)
     execution = execution.checked(checks)
     if not simulated and not execution.in_memory:
-        checks.add("in_memory may not be False for a model of your own: what it returns is in the memory")
+        checks.add("in_memory", "may not be False for a model of your own: what it returns is in the memory")
     if version is not None and (not isinstance(version, str) or not version):
-        checks.add(f'version must be a text, such as "1", got {version!r}', wrong_type=True)
+        checks.add("version", f'must be a text, such as "1", got {version!r}', wrong_type=True)
     if version is not None and (simulated or execution.store is None):
-        checks.add("version is for a model of your own with a store, which compares it")
+        checks.add("version", "is for a model of your own with a store, which compares it")
     required: dict[str, Specification] = {}
     if requirements is not None:
         required = checked_specifications(checks, requirements, "requirements")

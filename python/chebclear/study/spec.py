@@ -388,15 +388,15 @@ def interval_of(given: Interval | Distribution) -> Interval:
 def checked_intervals(checks: Checks, parameters: object) -> dict[str, Interval]:
     """The sides of the box."""
     if not isinstance(parameters, Mapping):
-        checks.add(f"parameters must map names to intervals, got {parameters!r}", wrong_type=True)
+        checks.add("parameters", f"must map names to intervals, got {parameters!r}", wrong_type=True)
         return {}
     if not parameters:
-        checks.add("parameters must name at least one interval")
+        checks.add("parameters", "must name at least one interval")
     checks.names("parameters", parameters)
     for name, side in parameters.items():
         if not isinstance(side, Interval | Distribution):
-            wrong = f'parameters["{name}"] must be an Interval(lower, upper), got {side!r}'
-            checks.add(wrong, wrong_type=True)
+            wrong = f"must be an Interval(lower, upper), got {side!r}"
+            checks.add(f'parameters["{name}"]', wrong, wrong_type=True)
     return {
         name: interval_of(side)
         for name, side in parameters.items()
@@ -409,7 +409,7 @@ def checked_fixed(checks: Checks, fixed: object) -> dict[str, Any]:
     if fixed is None:
         return {}
     if not isinstance(fixed, Mapping):
-        checks.add(f"fixed must map names to values, got {fixed!r}", wrong_type=True)
+        checks.add("fixed", f"must map names to values, got {fixed!r}", wrong_type=True)
         return {}
     return dict(fixed)
 
@@ -428,13 +428,13 @@ def per_parameter(
     known = list(intervals)
     for key in given:
         if key not in known:
-            checks.add(f'{name} has the unknown parameter "{key}"{did_you_mean(key, known)}')
+            checks.add(name, f'has the unknown parameter "{key}"{did_you_mean(key, known)}')
     counts = []
     for key, bound in zip(known, least, strict=True):
         if key in given:
             counts.append(checks.whole(f'{name}["{key}"]', given[key], least=bound, most=most))
         else:
-            checks.add(f'{name} misses the parameter "{key}"')
+            checks.add(name, f'misses the parameter "{key}"')
             counts.append(bound)
     return counts
 
@@ -474,9 +474,9 @@ def declared_order(build: Callable[..., Any], names: Iterable[str]) -> list[str]
 def check_keywords(checks: Checks, build: object, intervals: Iterable[str], fixed: Iterable[str]) -> None:
     """Check that `build` can be called with these keywords, as far as its signature is known."""
     for name in sorted(set(intervals) & set(fixed)):
-        checks.add(f'"{name}" is both a parameter and fixed')
+        checks.add(name, "is both a parameter and fixed")
     if not callable(build):
-        checks.add(f"build must be callable, got {build!r}", wrong_type=True)
+        checks.add("build", f"must be callable, got {build!r}", wrong_type=True)
         return
     try:
         signature = inspect.signature(build).parameters.values()
@@ -489,7 +489,7 @@ def check_keywords(checks: Checks, build: object, intervals: Iterable[str], fixe
     if not any(item.kind is item.VAR_KEYWORD for item in signature):
         for name in given:
             if name not in known:
-                checks.add(f'build has no parameter "{name}"{meant_or_known(name, known)}')
+                checks.add("build", f'has no parameter "{name}"{meant_or_known(name, known)}')
     for name in needed:
         if name not in given:
-            checks.add(f'build needs a value for "{name}": give it in parameters or fixed')
+            checks.add("build", f'needs a value for "{name}": give it in parameters or fixed')

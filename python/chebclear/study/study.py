@@ -418,14 +418,17 @@ class Study:
         checks = Checks()
         checks.word("method", method, tuple(_DESIGNS))
         if isinstance(self.runner.model, FinishedRuns):
-            checks.add("a table of finished runs costs no further ones: there is nothing to be planned")
+            checks.add(
+                "study",
+                "is a table of finished runs, which costs no further ones: there is nothing to be planned",
+            )
         if probes is not None:
             probes = checks.whole("probes", probes, least=1)
         checks.finish()
         asked = signature(getattr(self, method))
         for name in [name for name in arguments if name not in asked.parameters]:
             hint = meant_or_known(name, asked.parameters)
-            checks.add(f'{method} has no argument "{name}"{hint}', wrong_type=True)
+            checks.add(name, f"is no argument of {method}{hint}", wrong_type=True)
         checks.finish()
         given = asked.bind(**arguments)
         given.apply_defaults()

@@ -246,13 +246,13 @@ def sweep_of(
     if isinstance(parameter, str):
         check_keywords(checks, runner.build, {**runner.intervals, parameter: None}, fixed)
     else:
-        checks.add(f"parameter must name a keyword of build, got {parameter!r}", wrong_type=True)
+        checks.add("parameter", f"must name a keyword of build, got {parameter!r}", wrong_type=True)
     count = checks.whole("points", points, least=3, most=MOST_POINTS)
     kept = checks.whole("revolutions", revolutions, least=_LEAST_TURNS)
     skipped = checks.whole("discard", discard, least=0)
     asked = [one for one in runner.features.values() if isinstance(one, Feature) and one.unit != "s"]
     if not asked or len(asked) < len(runner.features):
-        checks.add("a sweep needs features of a revolution, such as the peak of an output, and no others")
+        checks.add("features", "must be those of a revolution, such as the peak of an output, and no others")
     checks.finish()
     unit = (known_units(runner.build, [parameter]) | dict(runner.units)).get(parameter, "")
     box = Interval(lower, upper)  # type: ignore[arg-type] # numbers once made

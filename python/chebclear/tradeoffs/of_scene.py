@@ -117,7 +117,9 @@ def tradeoff(
     """
     checks = Checks()
     if not isinstance(scene, Scene):
-        checks.add(f"scene must be a Scene, got {scene!r}; a Study has the method tradeoff", wrong_type=True)
+        checks.add(
+            "scene", f"must be a Scene, got {scene!r}; a Study has the method tradeoff", wrong_type=True
+        )
     given = {"rtol": reference_rtol, "max_steps": max_steps, "max_events": max_events}
     tight_limits = checked_settings(checks, given, {"rtol": "reference_rtol"})
     names = _checked_list(checks, "methods", METHODS if methods is None else methods)
@@ -125,7 +127,7 @@ def tradeoff(
     tolerances = _checked_tolerances(checks, rtols, tight_limits["rtol"])
     count = checks.whole("repeats", repeats, least=1, most=1000)
     if not is_request(progress):
-        checks.add(f"progress must be None, True or callable, got {progress!r}", wrong_type=True)
+        checks.add("progress", f"must be None, True or callable, got {progress!r}", wrong_type=True)
     accepted = (*SpanOptions.__annotations__, "outputs")
     span = Settings.gathered(checks, settings, {"outputs": outputs, **options}, accepted=accepted)
     settings = Settings(
@@ -207,16 +209,16 @@ def tradeoff(
 
 def _checked_list(checks: Checks, name: str, given: object) -> list[Any]:
     if isinstance(given, str) or not isinstance(given, Iterable):
-        checks.add(f"{name} must be a list, got {given!r}", wrong_type=True)
+        checks.add(name, f"must be a list, got {given!r}", wrong_type=True)
         return []
     values = list(given)
     if not values:
-        checks.add(f"{name} must not be empty")
+        checks.add(name, "must not be empty")
     # What is neither, such as an array, is refused as what it stands for.
     counts = Counter(value for value in values if isinstance(value, str | float))
     for value, count in counts.items():
         if count > 1:
-            checks.add(f"{name} has {value!r} more than once")
+            checks.add(name, f"has {value!r} more than once")
     return values
 
 
@@ -229,7 +231,9 @@ def _checked_tolerances(checks: Checks, rtols: object, reference_rtol: float) ->
     # A reference as loose as what it judges judges nothing; 9 and not 10 for the sake of rounding.
     tight = [rtol for rtol in tolerances if rtol < 9.0 * reference_rtol]
     if tight:
-        checks.add(f"rtols must be at least 10 times reference_rtol = {power(reference_rtol)}, got {tight}")
+        checks.add(
+            "rtols", f"must be at least 10 times reference_rtol = {power(reference_rtol)}, got {tight}"
+        )
     return sorted(tolerances, reverse=True)
 
 

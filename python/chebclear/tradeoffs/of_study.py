@@ -119,11 +119,12 @@ def study_tradeoff(
     for _, count in grids:
         if count**sides > MOST_RUNS:
             checks.add(
-                f"a study must have at most {MOST_RUNS} runs, got {count}^{sides}: leave out the "
-                "higher degrees or the finer scans"
+                "degrees",
+                f"and points must lead to at most {MOST_RUNS} runs, got {count}^{sides}: leave out the "
+                "higher degrees or the finer scans",
             )
     if not grids and not budgets:
-        checks.add("degrees, points and runs must not all be empty")
+        checks.add("degrees", "points and runs must not all be empty")
     checks.whole("holdout", holdout, least=2, most=MOST_RUNS)
     checks.whole("max_runs", max_runs, least=1)
     checks.finish()
@@ -148,7 +149,7 @@ def study_tradeoff(
 
 def _counts(checks: Checks, name: str, given: object, least: int, most: int) -> list[int]:
     if isinstance(given, str) or not isinstance(given, Iterable):
-        checks.add(f"{name} must be a list of whole numbers, got {given!r}", wrong_type=True)
+        checks.add(name, f"must be a list of whole numbers, got {given!r}", wrong_type=True)
         return []
     return [checks.whole(f"{name}[{k}]", value, least=least, most=most) for k, value in enumerate(given)]
 

@@ -247,10 +247,10 @@ def _checked_limits(
         return {name: float(part * scale) if scale > 0.0 else math.inf for name, scale in scales}
     limits = dict.fromkeys(result.outputs, math.inf)
     if not accuracy:
-        checks.add("accuracy must name at least one output")
+        checks.add("accuracy", "must name at least one output")
     for name, value in accuracy.items():
         if name not in limits:
-            checks.add(f'accuracy has the unknown output "{name}"{did_you_mean(name, limits)}')
+            checks.add("accuracy", f'has the unknown output "{name}"{did_you_mean(name, limits)}')
         else:
             span = float(result.ranges[result.outputs.index(name)])
             most = MOST_ACCURACY * span if span > 0.0 else None

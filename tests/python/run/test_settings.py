@@ -8,6 +8,7 @@ import pytest
 from chebclear.run.settings import RunOptions, SpanOptions, StepOptions
 from falling import PLANET, faller
 from pendulum import pendulum
+from refusals import refuses
 
 TIGHT = cc.Settings(duration=0.1, samples=11, skip=0.05, rtol=1e-9, method="rodas4", outputs=["bob.angle"])
 
@@ -74,9 +75,9 @@ def test_a_bifurcation_takes_settings():
     )
     run = cc.simulate(faller(gravity=9.0), duration=0.2, samples=3, skip=0.1, rtol=1e-9, method="rodas4")
     assert found.samples.tobytes() == run["block.y"].tobytes()
-    with pytest.raises(TypeError, match='"samples"'):
+    with refuses("samples", error=TypeError):
         cc.bifurcation(faller, "gravity", [9.0], samples=4, **asked)
-    with pytest.raises(ValueError, match="rtol"):
+    with refuses("rtol"):
         cc.bifurcation(faller, "gravity", [9.0], rtol=1.0, **asked)
 
 
@@ -89,19 +90,16 @@ def test_a_bifurcation_takes_settings():
     ],
 )
 def test_what_is_wrong_with_options_is_said_together(call):
-    with pytest.raises(TypeError, match="samples") as raised:
+    with refuses("samples", "sampels", error=TypeError):
         call(pendulum(), duration=0.1, sampels=3)
-    assert 'unknown keyword "sampels"; did you mean "samples"?' in str(raised.value)
-    with pytest.raises(TypeError, match="settings"):
+    with refuses("settings", error=TypeError):
         call(pendulum(), settings=3)
-    with pytest.raises(ValueError, match="duration"):
+    with refuses("duration", error=ValueError):
         call(pendulum(), duration=-1.0, samples=3)
 
 
 def test_settings_are_checked_when_they_are_made():
-    with pytest.raises(ValueError) as raised:
+    with refuses("duration", "samples", "rtol", "method", "outputs", "cycles"):
         cc.Settings(duration=0.0, samples=1, rtol=1.0, method="rodas", outputs=["x", "x"], cycles=0)
-    for name in ("duration", "samples", "rtol", "method", "outputs", "cycles"):
-        assert name in str(raised.value)
     with pytest.raises(TypeError):
         cc.Settings(0.1, 11)

@@ -278,7 +278,7 @@ class TestStudies:
 
     def test_its_requirements_are_checked_with_all_else_and_before_the_runs(self):
         box = {"gap": cc.Interval(10.0, 10.2), "thread": cc.Interval(9.9, 10.0)}
-        with refuses('requirements["a"]', "no", "threads"):
+        with refuses('requirements["a"]', "parameters", "threads"):
             cc.Study(self.moving, box, requirements={"a": "x < 3"}, threads=0)
         study = TestSimulations().study(requirements=cc.require("block.z", below=1.0))
         with pytest.raises(cc.errors.ArgumentError):
@@ -406,7 +406,7 @@ class TestBadInput:
     @pytest.mark.parametrize(
         ("given", "name"),
         [
-            ({}, "give"),
+            ({}, "above"),
             ({"below": "three"}, "below"),
             ({"below": math.nan}, "below"),
             ({"below": 1, "at": -1}, "at"),
@@ -429,7 +429,7 @@ class TestBadInput:
             ({"a": cc.require("block.x", below=1, at=0.123)}, '["a"]'),
             ("block.x < 3", ""),
             ({"x": 3}, '["x"]'),
-            ({"all": cc.require("block.x", below=1)}, '["all"]:'),
+            ({"all": cc.require("block.x", below=1)}, '["all"]'),
         ],
     )
     def test_specifications(self, specification, place):

@@ -473,7 +473,12 @@ class TestStudy:
         with pytest.raises(cc.errors.ArgumentError):
             self.study({"force": cc.features.peak("slider.xx")}).sample(2)
         peak = cc.features.peak("slider.x")
-        wrong = {"features": "peak", "features ": [peak], 'features["a"]': {"a": 3.0}, "names": {1: peak}}
+        wrong = {
+            "features": "peak",
+            "features ": [peak],
+            'features["a"]': {"a": 3.0},
+            "features  ": {1: peak},
+        }
         for name, given in wrong.items():
             with refuses(name.strip(), error=TypeError):
                 self.study(given, ["slider.x"])

@@ -150,7 +150,7 @@ def test_wrong_arguments_of_a_study_are_listed_together():
         cc.study_tradeoff(study, degrees=[], points=[], **GRIDS)
     wide = {name: cc.Interval(1.0, 2.0) for name in "abcdefg"}
     many = cc.Study(lambda **given: faller(9.81), wide, ["block.y"], duration=0.5, samples=11)
-    with refuses("a"):
+    with refuses("degrees"):
         cc.study_tradeoff(many, degrees=[9])
 
 

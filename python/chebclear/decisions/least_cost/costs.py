@@ -46,7 +46,8 @@ def prices_of(checks: Checks, runner: Runner, cost: object) -> dict[str, Price]:
     """The costs of an `allocate` by parameter, checked."""
     if not isinstance(cost, Mapping) or not cost:
         checks.add(
-            "cost must map parameters to functions of their tolerance, or to catalogs such as "
+            "cost",
+            "must map parameters to functions of their tolerance, or to catalogs such as "
             f'{{"10 um": 7.5, "20 um": 5.0}} or {{"IT7": 9.0, "IT8": 6.0}}, got {cost!r:.80}',
             wrong_type=not isinstance(cost, Mapping),
         )
@@ -56,16 +57,16 @@ def prices_of(checks: Checks, runner: Runner, cost: object) -> dict[str, Price]:
     for name, given in cost.items():
         place, side, found = f'cost["{name}"]', runner.intervals.get(name), None
         if side is None:
-            checks.add_at(place, f"unknown parameter{meant_or_known(name, runner.intervals)}")
+            checks.add(place, f"unknown parameter{meant_or_known(name, runner.intervals)}")
         elif isinstance(runner.parameters[name], Lognormal):
-            checks.add_at(place, "a lognormal parameter has no tolerance: give it another distribution")
+            checks.add(place, "a lognormal parameter has no tolerance: give it another distribution")
         elif isinstance(given, Mapping):
             found = _of_catalog(checks, place, given, side, runner.units.get(name, ""))
         elif callable(given):
             found = _of_function(checks, place, given, side, in_steps)
         else:
             words = f"must be a function of the tolerance or a catalog, got {given!r:.80}"
-            checks.add_at(place, words, wrong_type=True)
+            checks.add(place, words, wrong_type=True)
         if found is not None:
             prices[name] = found
     return prices
@@ -82,7 +83,7 @@ def _of_catalog(
             if price is None or not math.isfinite(price):
                 raise ValueError(f"the cost must be a finite number, got {cost!r}")
         except ValueError as error:  # a unit or a grade, too
-            checks.add_at(f"{place}[{key!r}]", str(error))
+            checks.add(f"{place}[{key!r}]", str(error))
             continue
         costs[tolerance] = price
         if isinstance(key, str) and GRADE.fullmatch(key):
@@ -90,7 +91,7 @@ def _of_catalog(
     tolerances = np.array(sorted(costs))
     spent = [costs[tolerance] for tolerance in sorted(costs)]
     if not given:
-        checks.add_at(place, "the catalog is empty")
+        checks.add(place, "the catalog is empty")
     if not costs or not _falls(checks, place, tolerances, spent):
         return None
 
@@ -125,10 +126,10 @@ def _of_function(checks: Checks, place: str, given: Cost, side: Interval, in_ste
         try:
             value = as_number(given(tolerance))
         except Exception as error:  # whatever the function of the user raises
-            checks.add_at(place, f"raises for the tolerance {tolerance:g}: {error}")
+            checks.add(place, f"raises for the tolerance {tolerance:g}: {error}")
             return None
         if value is None or not math.isfinite(value):
-            checks.add_at(place, f"must be a finite number for the tolerance {tolerance:g}, got {value!r}")
+            checks.add(place, f"must be a finite number for the tolerance {tolerance:g}, got {value!r}")
             return None
         costs.append(value)
     if not _falls(checks, place, [*tolerances, high], costs):
@@ -142,7 +143,7 @@ def _falls(checks: Checks, place: str, tolerances: Sequence[float] | Array, cost
     ends = zip(itertools.pairwise(tolerances), itertools.pairwise(costs), strict=True)
     for (tight, wide), (cost, wider) in ends:
         if wider > cost + _ROUNDING * abs(cost):
-            checks.add_at(
+            checks.add(
                 place,
                 f"falls with a tighter tolerance: {wider:g} at {wide:g}, {cost:g} at {tight:g}; the tighter "
                 "one would always be taken",

@@ -304,7 +304,7 @@ class Search:
         for name, (lowest, highest) in by_name.items():
             if self.watched[name].is_outside(by_name[name]).all():
                 ends = format_ends(float(np.nanmin(lowest)), float(np.nanmax(highest)))
-                checks.add_at(
+                checks.add(
                     f'specifications["{name}"]',
                     f"is never met: none of {len(lowest)} mechanisms keeps to it; values are from {ends}",
                 )
@@ -330,30 +330,31 @@ def checked_search(
     if specifications is not None:
         asked = checked_specifications(checks, specifications)
     elif not asked:
-        checks.add("specifications: give some, or the study its requirements")
+        checks.add("specifications", "must be given, or the study its requirements")
     wanted = checks.real("share", share, "-", above=0.0, below=1.0)
     count = checks.whole("runs", runs, least=2, most=MOST_RUNS)
     level = checks.real("confidence", confidence, "-", above=0.0, below=1.0)
     seed = checks.seed("rng", rng)
     prices = prices_of(checks, runner, cost)
     if runner.execution.max_seconds is not None:
-        checks.add("max_seconds of the study would end runs of which all are needed: leave it out")
+        checks.add("max_seconds", "of the study would end runs of which all are needed: leave it out")
     only = [name for name, one in runner.parameters.items() if isinstance(one, Interval)]
     if len(only) > MOST_INTERVALS:
         checks.add(
-            f"{len(only)} parameters are only known as intervals, whose corners are too many; at most "
-            f"{MOST_INTERVALS} are accepted: give the others a distribution"
+            "parameters",
+            f"must have at most {MOST_INTERVALS} only known as intervals, whose corners are all tried, "
+            f"got {len(only)}: give the others a distribution",
         )
     if runner.random and not any(map(checks.noted, ("share", "runs", "confidence"))):
         # None outside, at the last look.
         least = math.ceil(math.log((1.0 - level) / 2.0 ** (LOOKS + 1)) / math.log(wanted))
         if count < least:
-            checks.add(f"runs must be at least {least} to prove a share of {wanted:g}, got {count}")
+            checks.add("runs", f"must be at least {least} to prove a share of {wanted:g}, got {count}")
     try:
         watching, watched = watching_for(runner, asked)
     except ArgumentError as error:  # limits of another dimension, unknown outputs
-        for line in str(error).split("\n"):
-            checks.add(line)
+        for problem in error.problems:
+            checks.add(*problem)
     checks.finish()
     aimed = wanted if runner.random else 1.0
     return Search(runner, asked, prices, aimed, count, level, seed, watching, watched)

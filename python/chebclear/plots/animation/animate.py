@@ -216,17 +216,17 @@ def animate(
     factor = checks.real("exaggerate", exaggerate, "-", least=1.0)
     loose = [each.name for each in run.scene.joints if isinstance(each, ClearanceRevolute)]
     if joint is not None and (not isinstance(joint, str) or joint not in loose):
-        checks.add(f'unknown clearance joint "{joint}"{meant_or_known(str(joint), loose)}')
+        checks.add("joint", f'must be a clearance joint, got "{joint}"{meant_or_known(str(joint), loose)}')
         joint = None
     chosen = joint if joint is not None else loose[0] if loose else None
     shown = output if output is not None else f"{chosen}.normal_force" if chosen else run.columns[0]
     needed = [shown, *(f"{chosen}.{quantity}" for quantity in _JOINT_COLUMNS if chosen)]
     missing = [name for name in dict.fromkeys(needed) if name not in run.columns]
     if missing:
-        checks.add(f"the run lacks {', '.join(missing)}: simulate with these among the outputs")
+        checks.add("run", f"lacks {', '.join(missing)}: simulate with these among the outputs")
     extent = tuple(as_number(side) or 0.0 for side in size) if isinstance(size, Sequence) else ()
     if len(extent) != 2 or not all(0.0 < side < math.inf for side in extent):
-        checks.add(f"size must be a width and a height above 0 [inch], got {size!r}", wrong_type=True)
+        checks.add("size", f"must be a width and a height above 0 [inch], got {size!r}", wrong_type=True)
     checks.finish()
     poses = simulated_poses(run)
     known = np.isfinite(poses).all(axis=(1, 2)) & (run.t >= since) & (run.t <= until)

@@ -107,13 +107,13 @@ def plot_scene(
     checks = Checks()
     checks.real("exaggerate", exaggerate, "-", above=0.0, most=MOST_EXAGGERATED)
     if not isinstance(labels, bool):
-        checks.add(f"labels must be True or False, got {labels!r}", wrong_type=True)
+        checks.add("labels", f"must be True or False, got {labels!r}", wrong_type=True)
     if not isinstance(scene, Scene) and not is_a(scene, "Trajectory"):
-        checks.add(f"scene must be a Scene or a run of one, got {scene!r}", wrong_type=True)
+        checks.add("scene", f"must be a Scene or a run of one, got {scene!r}", wrong_type=True)
         checks.finish()
     if isinstance(scene, Scene):
         if t is not None:
-            checks.add(f"t is the instant of a run: a scene is drawn as assembled, got t={t!r}")
+            checks.add("t", f"is the instant of a run: a scene is drawn as assembled, got t={t!r}")
         checks.finish()
         pose, instant = Pose(scene), None
     else:

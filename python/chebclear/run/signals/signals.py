@@ -52,7 +52,7 @@ class WithSignals(Named[Array]):
         checks = Checks()
         if angle is not None and not isinstance(angle, str):
             checks.add(
-                f"angle must be the name of a body or joint that turns, got {angle!r}", wrong_type=True
+                "angle", f"must be the name of a body or joint that turns, got {angle!r}", wrong_type=True
             )
         if window is not None:
             window = checks.real("window", window, "s" if angle is None else "-", above=0.0)
@@ -98,6 +98,6 @@ class WithSignals(Named[Array]):
     def _column(self, checks: Checks, output: str) -> Array:
         """The samples of one output; raises what is wrong."""
         if not isinstance(output, str):
-            checks.add(f"output must be the name of a column, got {output!r}", wrong_type=True)
+            checks.add("output", f"must be the name of a column, got {output!r}", wrong_type=True)
         checks.finish()
         return self._entry(output)

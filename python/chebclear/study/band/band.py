@@ -350,7 +350,9 @@ class Band(records.ArrayRecord):
         checks = Checks()
         checks.word("side", side, ("lower", "upper"))
         if len(self.runs) == 0:
-            checks.add(f"the band of {self.name} is an envelope: ask the band it was made from")
+            checks.add(
+                "side", f"is not known of an envelope, the band of {self.name}: ask the band it was made from"
+            )
         checks.finish()
         if self.surrogate is not None:
             self._doubt("a worst case")

@@ -69,16 +69,18 @@ def quantile_bounds(
     checks = Checks()
     if not isinstance(random, Mapping) or not random:
         checks.add(
-            f"random must map names of parameters to normal(...) or uniform(...), got {random!r}",
+            "random",
+            f"must map names of parameters to normal(...) or uniform(...), got {random!r}",
             wrong_type=True,
         )
         checks.finish()
     for name, given in random.items():
         if name not in surrogate.intervals:
-            checks.add(f'unknown parameter "{name}"{did_you_mean(name, surrogate.intervals)}')
+            checks.add(f'random["{name}"]', f"is no parameter{did_you_mean(name, surrogate.intervals)}")
         elif not isinstance(given, Distribution):
             checks.add(
-                f'random["{name}"] must be a distribution, such as normal(...), got {given!r}',
+                f'random["{name}"]',
+                f"must be a distribution, such as normal(...), got {given!r}",
                 wrong_type=True,
             )
         else:
@@ -86,8 +88,9 @@ def quantile_bounds(
             slack = 1e-12 * max(abs(side.lower), abs(side.upper))
             if least < side.lower - slack or most > side.upper + slack:
                 checks.add(
-                    f'random["{name}"] reaches from {least!r} to {most!r}, beyond the interval '
-                    f"[{side.lower!r}, {side.upper!r}] of the runs"
+                    f'random["{name}"]',
+                    f"reaches from {least!r} to {most!r}, beyond the interval "
+                    f"[{side.lower!r}, {side.upper!r}] of the runs",
                 )
     asked = checks.real("probability", probability, "-", above=0.0, below=1.0)
     start = checks.seed("rng", rng)

@@ -84,13 +84,13 @@ def restraint_zones(
     checks = Checks()
     for name, given in (("band", band), ("ideal", ideal)):
         if not isinstance(given, Band):
-            checks.add(f"{name} must be a Band, got {given!r}", wrong_type=True)
+            checks.add(name, f"must be a Band, got {given!r}", wrong_type=True)
     checks.finish()
     spacing = float(band.t[-1] - band.t[0]) / (len(band.t) - 1)
     length = checks.real("window", window, "s", least=2.0 * spacing)
     share = checks.real("threshold", threshold, "-", above=0.0, most=1.0)
     if band.t.shape != ideal.t.shape or not np.allclose(band.t, ideal.t, rtol=0.0, atol=1e-9 * spacing):
-        checks.add("band and ideal must have the same instants")
+        checks.add("band", "and ideal must have the same instants")
     checks.finish()
     deviation = band.sensitivity(parameter) - ideal.sensitivity(parameter)
     # A tolerance, so that rounding does not remove one of an exact number of samples.

@@ -25,7 +25,7 @@ class OfSamples:
         for item in fields(self):  # type: ignore[arg-type]
             value = getattr(self, item.name)
             if item.name == "of" and not isinstance(value, str):
-                checks.add_at("of", f"must be the name of an output, got {value!r}", wrong_type=True)
+                checks.add("of", f"must be the name of an output, got {value!r}", wrong_type=True)
             elif item.name != "of" and value is not None:
                 checks.real(item.name, value, item.metadata.get("unit", "-"))
         checks.finish()

@@ -266,11 +266,11 @@ class Surrogate(records.ArrayRecord):
         for name in values:
             if name not in self.intervals:
                 hint = did_you_mean(name, self.intervals)
-                checks.add(f'unknown parameter "{name}"{hint}', wrong_type=True)
+                checks.add(name, f"is no parameter{hint}", wrong_type=True)
         sides: list[Array] = []
         for name, side in self.intervals.items():
             if name not in values:
-                checks.add(f'parameter "{name}" is missing', wrong_type=True)
+                checks.add(name, "is missing", wrong_type=True)
                 continue
             try:
                 given = np.asarray(values[name])
@@ -279,14 +279,14 @@ class Surrogate(records.ArrayRecord):
                 given = np.asarray(None)
             if given.dtype.kind not in "iuf":
                 checks.add(
-                    f"{name} must be a number or an array of numbers, got {values[name]!r}", wrong_type=True
+                    name, f"must be a number or an array of numbers, got {values[name]!r}", wrong_type=True
                 )
                 continue
             # A given end may differ by rounding from that computed from midpoint and width, and may lie
             # outside the cube by rounding.
             slack = 4.0 * np.finfo(float).eps * max(abs(side.lower), abs(side.upper))
             if not np.all((given >= side.lower - slack) & (given <= side.upper + slack)):
-                checks.add(f"{name} must be in [{side.lower!r}, {side.upper!r}], got {values[name]!r}")
+                checks.add(name, f"must be in [{side.lower!r}, {side.upper!r}], got {values[name]!r}")
             sides.append(np.clip((given - side.midpoint) / side.half_width, -1.0, 1.0))
         if len(sides) == len(self.intervals):
             shapes = [side.shape for side in sides]
@@ -296,7 +296,7 @@ class Surrogate(records.ArrayRecord):
                 told = ", ".join(
                     f"{name} {shape}" for name, shape in zip(self.intervals, shapes, strict=True)
                 )
-                checks.add(f"the values must have shapes that broadcast together, got {told}")
+                checks.add("values", f"must have shapes that broadcast together, got {told}")
         checks.finish()
         together = np.broadcast_arrays(*sides)
         return np.stack([side.ravel() for side in together], axis=-1), together[0].shape

@@ -24,13 +24,15 @@ def check_drawn(checks: Checks, parameters: object) -> None:
     sides = [one for one in known.values() if isinstance(one, Interval)]
     if not any(isinstance(one, Distribution) for one in known.values()):
         checks.add(
-            "no parameter has a distribution: an interval says nothing of how often its values occur; give "
-            "cc.normal(mean, standard_deviation), cc.lognormal, cc.uniform or cc.triangular in its place"
+            "parameters",
+            "must have a distribution at least: an interval says nothing of how often its values occur; give "
+            "cc.normal(mean, standard_deviation), cc.lognormal, cc.uniform or cc.triangular in its place",
         )
     if len(sides) > MOST_INTERVALS:
         checks.add(
-            f"{len(sides)} parameters are only known as intervals, whose corners are too many; at most "
-            f"{MOST_INTERVALS} are accepted: give the others a distribution"
+            "parameters",
+            f"must have at most {MOST_INTERVALS} only known as intervals, whose corners are all tried, "
+            f"got {len(sides)}: give the others a distribution",
         )
 
 

@@ -51,7 +51,7 @@ class Specification:
             )
         )
         if lower >= upper:
-            checks.add_at(place, f"above must be less than below, got {self.above!r} and {self.below!r}")
+            checks.add(place, f"above must be less than below, got {self.above!r} and {self.below!r}")
         return lower, upper
 
     def __str__(self) -> str:
@@ -102,9 +102,11 @@ def require(
     """
     checks = Checks()
     if not isinstance(quantity, str) or not quantity:
-        checks.add(f"quantity must be the name of an output or a feature, got {quantity!r}", wrong_type=True)
+        checks.add(
+            "quantity", f"must be the name of an output or a feature, got {quantity!r}", wrong_type=True
+        )
     if above is None and below is None:
-        checks.add("give a limit: above, below or both")
+        checks.add("above", "or below must be given, or both")
     for name, given in (("above", above), ("below", below)):
         if given is not None and not (isinstance(given, str) and is_quantity(given)):
             checks.real(name, given, "SI unit")
@@ -117,7 +119,7 @@ def require(
     if when is not None and not isinstance(when, str):
         when = checks.real("at", when, "s", least=0.0)
     if joint is not None and not isinstance(when, str):
-        checks.add(f'joint is that of the crank: give an angle too, at="90 deg", got {joint!r}')
+        checks.add("joint", f'is that of the crank: give an angle too, at="90 deg", got {joint!r}')
     checks.finish()
     return Specification(quantity, above, below, when, joint)
 
@@ -132,16 +134,17 @@ def checked_specifications(
         given = {str(one): one for one in given}
     if not isinstance(given, Mapping) or not given:
         checks.add(
-            f"{place} must be one that require made, or several in a list or by names, got {given!r}",
+            place,
+            f"must be one that require made, or several in a list or by names, got {given!r}",
             wrong_type=not isinstance(given, Mapping),
         )
         return {}
     checks.names(place, given)
     for name, one in given.items():
         if not isinstance(one, Specification):
-            checks.add(f'{place}["{name}"] must be made by require, got {one!r}', wrong_type=True)
+            checks.add(f'{place}["{name}"]', f"must be made by require, got {one!r}", wrong_type=True)
     if ALL in given:
-        checks.add(f'{place}["{ALL}"]: the name is that of all of them together')
+        checks.add(f'{place}["{ALL}"]', "has the name of all of them together")
     return {name: one for name, one in given.items() if isinstance(one, Specification)}
 
 
@@ -154,5 +157,5 @@ def _limit(checks: Checks, place: str, given: float | str | None, of: str, defau
     try:
         return convert(str(given), of or "unit")
     except UnitError as error:
-        checks.add_at(place, str(error))
+        checks.add(place, str(error))
         return default

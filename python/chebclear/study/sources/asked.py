@@ -83,18 +83,20 @@ def checked_features(checks: Checks, given: object) -> dict[str, FeatureSpec]:
         return {}
     if not isinstance(given, Mapping):
         checks.add(
-            f'features must map names to features such as peak("slider.ax"), got {given!r}', wrong_type=True
+            "features",
+            f'must map names to features such as peak("slider.ax"), got {given!r}',
+            wrong_type=True,
         )
         return {}
     checks.names("features", given)
     asked: dict[str, FeatureSpec] = {}
     for name, feature in given.items():
         if not isinstance(name, str):
-            checks.add(f"names of features must be texts, got {name!r}", wrong_type=True)
+            checks.add("features", f"must have texts as names, got {name!r}", wrong_type=True)
         elif not isinstance(feature, Feature) and not callable(feature):
             checks.add(
-                f'features["{name}"] must be a feature such as peak("slider.ax") or a callable of a run, '
-                f"got {feature!r}",
+                f'features["{name}"]',
+                f'must be a feature such as peak("slider.ax") or a callable of a run, got {feature!r}',
                 wrong_type=True,
             )
         else:
@@ -194,12 +196,14 @@ def checked_units(checks: Checks, units: object) -> dict[str, str]:
     if units is None:
         return {}
     if not isinstance(units, Mapping):
-        checks.add(f"units must map names to units, got {units!r}", wrong_type=True)
+        checks.add("units", f"must map names to units, got {units!r}", wrong_type=True)
         return {}
     for name, unit in units.items():
         if not isinstance(unit, str) or not unit.strip():
             what = 'a text such as "mm", or "-" for a number without a unit'
-            checks.add(f'units["{name}"] must be {what}, got {unit!r}', wrong_type=not isinstance(unit, str))
+            checks.add(
+                f'units["{name}"]', f"must be {what}, got {unit!r}", wrong_type=not isinstance(unit, str)
+            )
     return {str(name): str(unit) for name, unit in units.items()}
 
 
@@ -219,7 +223,7 @@ def require_known(
             hint = meant_or_known(name, known)
             what = "parameter or feature" if simulated else "parameter, output or feature"
             own = "; outputs of simulations have their units" if simulated else ""
-            checks.add(f'units names no {what} with "{name}"{own}{hint}')
+            checks.add("units", f'names no {what} with "{name}"{own}{hint}')
 
 
 def units_of(

@@ -74,7 +74,7 @@ def spread(
         found += [text for names, text in parts.items() if len(names) == 1 or names in pairs[:1]]
     if independent:
         for text in found:
-            checks.add(f"independent says that runs fill the box at random, but none is {text}")
+            checks.add("independent", f"says that runs fill the box at random, but none is {text}")
     return [f"no run of the table is {text}: nothing it says holds there" for text in found]
 
 

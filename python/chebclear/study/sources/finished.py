@@ -158,7 +158,7 @@ def finished_runs(
     """A table of runs; arguments as those of `Study.from_runs`, all problems of which are listed."""
     checks = Checks()
     if not isinstance(independent, bool | np.bool_):
-        checks.add(f"independent must be True or False, got {independent!r}", wrong_type=True)
+        checks.add("independent", f"must be True or False, got {independent!r}", wrong_type=True)
         independent = False
     columns = _table_parameters(checks, parameters)
     runs = len(next(iter(columns.values()))) if columns else 0
@@ -167,20 +167,21 @@ def finished_runs(
     _check_rows(checks, parameters, values)
     sides = _table_intervals(checks, columns, intervals)
     if features is not None and not isinstance(features, Mapping):
-        checks.add(f"features must map names to features, got {features!r}", wrong_type=True)
+        checks.add("features", f"must map names to features, got {features!r}", wrong_type=True)
     asked = features if isinstance(features, Mapping) else {}
     for name, feature in asked.items():
         if not isinstance(feature, Feature):
             checks.add(
-                f'features["{name}"] must be a feature such as peak("force"); put other numbers of the runs '
+                f'features["{name}"]',
+                f'must be a feature such as peak("force"); put other numbers of the runs '
                 f"into values, got {feature!r}",
                 wrong_type=True,
             )
         elif feature.of not in series:
             known = ", ".join(series) or "no time series"
-            checks.add(f'features["{name}"]: the table has no output "{feature.of}": it has {known}')
+            checks.add(f'features["{name}"]', f'is of no output of the table, "{feature.of}": it has {known}')
         elif name in numbers:
-            checks.add(f'"{name}" is in values and in features')
+            checks.add(f'features["{name}"]', "is in values too")
     checks.names("columns", [*columns, *series, *numbers, *asked])
     check_own_features(checks, asked)
     require_known(checks, checked_units(checks, units), [*columns, *series, *asked, *numbers])
@@ -191,14 +192,14 @@ def finished_runs(
         text = f"{len(copies)} of {runs} runs are copies of others ({first})"
         doubts.append(f"{text}: these are left out, since they say nothing more")
         if independent:
-            checks.add(f"independent says that runs are drawn at random, but {text}: leave them out")
+            checks.add("independent", f"says that runs are drawn at random, but {text}: leave them out")
         left = np.setdiff1d(np.arange(runs), [copy for _, copy in copies])
         columns, series, numbers = (
             {name: values[left] for name, values in part.items()} for part in (columns, series, numbers)
         )
         runs = len(left)
         if runs < 2:
-            checks.add(f"all {len(copies) + 1} runs are copies of one: give 2 different ones at least")
+            checks.add("parameters", f"are the same in all {len(copies) + 1} runs: 2 must differ")
     doubts += spread(checks, columns, sides, independent)
     checks.finish()
     found = [sampled_feature(one, instants, series[one.of], cycles) for one in asked.values()]
@@ -221,7 +222,7 @@ def _table_parameters(checks: Checks, given: object) -> dict[str, Array]:
     """The column of each parameter; none if one is wrong."""
     given = _as_mapping(given)
     if not isinstance(given, Mapping) or not given:
-        checks.add(f"parameters must map names to the values of every run, got {given!r}", wrong_type=True)
+        checks.add("parameters", f"must map names to the values of every run, got {given!r}", wrong_type=True)
         return {}
     columns = {}
     for name, value in given.items():
@@ -230,13 +231,13 @@ def _table_parameters(checks: Checks, given: object) -> dict[str, Array]:
             continue
         if column.ndim != 1 or len(column) < 2:
             checks.add(
-                f'parameters["{name}"] must have one value a run, 2 at least, got shape {column.shape}'
+                f'parameters["{name}"]', f"must have one value a run, 2 at least, got shape {column.shape}"
             )
             continue
         columns[str(name)] = column
     lengths = {name: len(column) for name, column in columns.items()}
     if len(set(lengths.values())) > 1:
-        checks.add(f"parameters must all have the same number of runs, got {lengths}")
+        checks.add("parameters", f"must all have the same number of runs, got {lengths}")
         return {}
     return columns if len(columns) == len(given) else {}
 
@@ -258,8 +259,9 @@ def _check_rows(checks: Checks, parameters: object, values: object) -> None:
             same = rows.equals(first[1]) if hasattr(rows, "equals") else np.array_equal(rows, first[1])
             if len(rows) == len(first[1]) and not same:
                 checks.add(
-                    f"{label} has other row labels than {first[0]}: sort both alike, or give arrays without "
-                    "labels (to_numpy)"
+                    label,
+                    f"has other row labels than {first[0]}: sort both alike, or give arrays without "
+                    "labels (to_numpy)",
                 )
 
 
@@ -279,7 +281,7 @@ def _numbers(checks: Checks, name: str, value: object) -> Array | None:
         # What is masked has no value.
         array = np.ma.filled(np.ma.asarray(value).astype(float), np.nan)
     except (TypeError, ValueError, OverflowError):
-        checks.add(f"{name} must be real numbers, got {_no_number(value)}", wrong_type=True)
+        checks.add(name, f"must be real numbers, got {_no_number(value)}", wrong_type=True)
         return None
     wrong = np.argwhere(~np.isfinite(array))
     if len(wrong):
@@ -287,8 +289,9 @@ def _numbers(checks: Checks, name: str, value: object) -> Array | None:
         several = rows > 1
         where = f" in run {wrong[0][0]}" if array.ndim else ""
         checks.add(
-            f"{name} must be finite, got {array[tuple(wrong[0])]}{where} ({rows} run{'s' * several} "
-            f"in all): leave {'them' if several else 'it'} out, of the parameters as well"
+            name,
+            f"must be finite, got {array[tuple(wrong[0])]}{where} ({rows} run{'s' * several} "
+            f"in all): leave {'them' if several else 'it'} out, of the parameters as well",
         )
         return None
     return array
@@ -317,7 +320,8 @@ def _table_values(
     given = _as_mapping(given)
     if not isinstance(given, Mapping) or not given:
         checks.add(
-            f"values must map names to arrays of shape (runs, samples) or (runs,), got {given!r}",
+            "values",
+            f"must map names to arrays of shape (runs, samples) or (runs,), got {given!r}",
             wrong_type=True,
         )
         return {}, {}, []
@@ -338,14 +342,16 @@ def _table_values(
                 )
         elif timed and array.shape == (len(t), runs):
             checks.add(
-                f'values["{name}"] has shape {array.shape}, (samples, runs); it must be (runs, samples) = '
-                f"{(runs, len(t))}: transpose it"
+                f'values["{name}"]',
+                f"has shape {array.shape}, (samples, runs); it must be (runs, samples) = "
+                f"{(runs, len(t))}: transpose it",
             )
         else:
             wanted = f"(runs, samples) = {(runs, len(t))} or " if timed else ""
             checks.add(
-                f'values["{name}"] must have shape {wanted}(runs,) = {(runs,)}, got {array.shape}'
-                + ("" if timed or array.ndim < 2 else ": time series need t")
+                f'values["{name}"]',
+                f"must have shape {wanted}(runs,) = {(runs,)}, got {array.shape}"
+                + ("" if timed or array.ndim < 2 else ": time series need t"),
             )
     return series, numbers, doubts
 
@@ -353,12 +359,14 @@ def _table_values(
 def _table_intervals(checks: Checks, columns: Mapping[str, Array], given: object) -> dict[str, Interval]:
     """The box: as given, or what the runs span."""
     if given is not None and not isinstance(given, Mapping):
-        checks.add(f"intervals must map names to intervals, got {given!r}", wrong_type=True)
+        checks.add("intervals", f"must map names to intervals, got {given!r}", wrong_type=True)
         return {}
     wanted: Mapping[str, Any] = given or {}
     for name in wanted:
         if columns and name not in columns:
-            checks.add(f'intervals names "{name}", no parameter of the runs{meant_or_known(name, columns)}')
+            checks.add(
+                "intervals", f'names "{name}", no parameter of the runs{meant_or_known(name, columns)}'
+            )
     sides = {}
     for name, column in columns.items():
         least, most = float(column.min()), float(column.max())
@@ -366,21 +374,22 @@ def _table_intervals(checks: Checks, columns: Mapping[str, Array], given: object
         if side is None:
             if least == most:
                 checks.add(
-                    f'parameters["{name}"] is {least!r} in every run: leave it out, or give its interval'
+                    f'parameters["{name}"]', f"is {least!r} in every run: leave it out, or give its interval"
                 )
                 continue
             side = Interval(least, most)
         if not isinstance(side, Interval):
             checks.add(
-                f'intervals["{name}"] must be an Interval(lower, upper), got {side!r}', wrong_type=True
+                f'intervals["{name}"]', f"must be an Interval(lower, upper), got {side!r}", wrong_type=True
             )
             continue
         slack = _SAME_POINT * side.half_width
         outside = np.flatnonzero((column < side.lower - slack) | (column > side.upper + slack))
         if len(outside):
             checks.add(
-                f'parameters["{name}"] is {float(column[outside[0]])!r} in run {outside[0]}, outside its '
-                f"interval [{side.lower!r}, {side.upper!r}] ({len(outside)} of the runs)"
+                f'parameters["{name}"]',
+                f"is {float(column[outside[0]])!r} in run {outside[0]}, outside its "
+                f"interval [{side.lower!r}, {side.upper!r}] ({len(outside)} of the runs)",
             )
         sides[name] = side
     return sides

@@ -94,7 +94,7 @@ def chosen_outputs(known: Sequence[str], outputs: Sequence[str] | None) -> tuple
         matching = [name for name in known if name == wanted or fnmatchcase(name, wanted)]
         if not matching:
             has = ", ".join(known) or "no time series"
-            checks.add(f'the model has no output "{wanted}": it has {has}{did_you_mean(wanted, known)}')
+            checks.add("outputs", f'name "{wanted}": the model has {has}{did_you_mean(wanted, known)}')
         chosen += matching
     checks.finish()
     return tuple(dict.fromkeys(chosen))
@@ -105,8 +105,9 @@ def check_own_features(checks: Checks, asked: Mapping[str, FeatureSpec]) -> None
     for name, feature in asked.items():
         if isinstance(feature, Feature) and feature.kind in JOINT_KINDS:
             checks.add(
-                f'features["{name}"]: {feature} is found in simulations of scenes only; a model of your own '
-                "returns it as a number"
+                f'features["{name}"]',
+                f"is {feature}, which is found in simulations of scenes only; a model of your own "
+                "returns it as a number",
             )
 
 
@@ -214,9 +215,9 @@ def check_unused(checks: Checks, given: Iterable[str]) -> None:
     for name in given:
         if name not in RunOptions.__annotations__:
             known = RunOptions.__annotations__
-            checks.add(f'unknown keyword "{name}"{did_you_mean(name, known)}', wrong_type=True)
+            checks.add(name, f"is no keyword{did_you_mean(name, known)}", wrong_type=True)
             continue
         checks.add(
-            f"{name} is that of a simulation: give duration and samples too, or leave it out for "
-            "a model of your own"
+            name,
+            "is that of a simulation: give duration and samples too, or leave it out for a model of your own",
         )

@@ -43,19 +43,20 @@ def time_axis(checks: Checks, given: object) -> Array:
         # A copy, so that later changes of the caller's array are not those of the result.
         t: Array = np.ma.filled(np.ma.array(given, dtype=float, copy=True), np.nan)
     except (TypeError, ValueError, OverflowError):
-        checks.add(f"t must be instants [s], got {cut(repr(given))}", wrong_type=True)
+        checks.add("t", f"must be instants [s], got {cut(repr(given))}", wrong_type=True)
         return np.empty(0)
     if t.ndim != 1 or len(t) < 2:
-        checks.add(f"t must be at least 2 instants [s], shape (samples,), got shape {t.shape}")
+        checks.add("t", f"must be at least 2 instants [s], shape (samples,), got shape {t.shape}")
         return np.empty(0)
     steps = np.diff(t)
     if not np.all(np.isfinite(t)) or steps.min() <= 0.0:
-        checks.add("t must be finite and rise from instant to instant")
+        checks.add("t", "must be finite and rise from instant to instant")
         return np.empty(0)
     if steps.max() - steps.min() > _EVEN * steps.mean():
         checks.add(
-            f"t must be equally spaced, its steps go from {steps.min():.6g} to {steps.max():.6g} s: "
-            "interpolate the outputs first, with numpy.interp"
+            "t",
+            f"must be equally spaced, its steps go from {steps.min():.6g} to {steps.max():.6g} s: "
+            "interpolate the outputs first, with numpy.interp",
         )
         return np.empty(0)
     return t
@@ -77,7 +78,7 @@ def read_run(given: object) -> ReturnedRun:
     series, numbers = {}, {}
     for name, value in given.items():
         if not isinstance(name, str):
-            checks.add(f"names of outputs must be texts, got {name!r}", wrong_type=True)
+            checks.add("outputs", f"must have texts as names, got {name!r}", wrong_type=True)
         elif name != "t":
             number = as_number(value)
             if number is None:
@@ -87,7 +88,7 @@ def read_run(given: object) -> ReturnedRun:
             else:
                 numbers[name] = number
     if not series and not numbers and not unknown:
-        checks.add(f"a model must return at least one output besides t, got {sorted(map(str, given))}")
+        checks.add("outputs", f"must be at least one besides t, got {sorted(map(str, given))}")
     checks.names("outputs", given)
     checks.finish()
     if unknown:
@@ -102,15 +103,13 @@ def _series(checks: Checks, unknown: list[str], name: str, value: object, t: Arr
         unknown.append(f'"{name}" is masked in sample {first}')
     array = np.asarray(value)
     if array.dtype.kind not in "iuf":
-        checks.add(
-            f'"{name}" must be a number or an array of numbers, got {cut(repr(value))}', wrong_type=True
-        )
+        checks.add(name, f"must be a number or an array of numbers, got {cut(repr(value))}", wrong_type=True)
     elif not timed:
-        checks.add(f'"{name}" is an array of shape {array.shape} without a time axis: return "t" as well')
+        checks.add(name, f'is an array of shape {array.shape} without a time axis: return "t" as well')
     elif len(t) and array.shape != t.shape:
         checks.add(
-            f'"{name}" must have a value for each of the {len(t)} instants of t, shape {t.shape}, got shape '
-            f"{array.shape}"
+            name,
+            f"must have a value for each of the {len(t)} instants of t, shape {t.shape}, got {array.shape}",
         )
     elif not np.all(np.isfinite(array)):
         first = int(np.flatnonzero(~np.isfinite(array.ravel()))[0])
