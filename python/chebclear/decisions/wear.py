@@ -168,7 +168,7 @@ class WearLife(Shown):
 
     def plot(self, joint: str | None = None, *, ax: Axes | None = None, unit: str | None = None) -> Axes:
         """Draw the largest depth over the cycles, or the profiles of one bearing; see `plot_wear`."""
-        from ..plots.wear import plot_wear
+        from ..plots.runs import plot_wear
 
         return plot_wear(self, joint, ax=ax, unit=unit)
 

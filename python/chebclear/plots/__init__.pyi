@@ -2,7 +2,9 @@ from .animation.animate import Animation as Animation, animate as animate
 from .bands import (
     plot_agreement as plot_agreement,
     plot_band as plot_band,
+    plot_coefficients as plot_coefficients,
     plot_lost_motion as plot_lost_motion,
+    plot_prediction as plot_prediction,
     plot_sensitivity as plot_sensitivity,
 )
 from .bifurcations import plot_bifurcation as plot_bifurcation, plot_sweep as plot_sweep
@@ -20,12 +22,12 @@ from .features import (
     plot_shares as plot_shares,
     plot_tornado as plot_tornado,
 )
-from .polynomials import plot_coefficients as plot_coefficients, plot_prediction as plot_prediction
 from .runs import (
     plot_contacts as plot_contacts,
     plot_orbit as plot_orbit,
     plot_poincare as plot_poincare,
     plot_trajectory as plot_trajectory,
+    plot_wear as plot_wear,
 )
 from .spectra import (
     plot_cycles as plot_cycles,
@@ -33,4 +35,3 @@ from .spectra import (
     plot_spectrum as plot_spectrum,
 )
 from .style import print_style as print_style
-from .wear import plot_wear as plot_wear

@@ -1,24 +1,62 @@
-"""What all plots share: new axes, keywords of lines, units to show."""
+"""What all plots share: checks of what they draw, new axes, keywords of lines, units to show.
+
+Results offer plots as methods, so plots import results for types only.
+"""
 
 from __future__ import annotations
 
+import inspect
 import sys
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.named import is_pattern, matching
 from ..base.units import UnitError, convert
 from ..errors import ArgumentError, ArgumentTypeError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ..run.trajectory import Trajectory
+
 Array = NDArray[np.float64]
 
 # Paul Tol's bright scheme, whose colors color-blind readers can distinguish, not by hue alone.
 COLORS = ("#4477AA", "#EE6677", "#228833", "#CCBB44", "#AA3377", "#66CCEE")
 MARKERS = "osD^vP*X"
+
+Plot = TypeVar("Plot", bound=Callable[..., Any])
+
+# What parameters of these names are, in all plots; the last ones are keywords for an artist.
+_SHARED = {
+    "ax": "ax : Axes, optional\n    Where to draw; a new figure if not given.",
+    "unit": 'unit : str, optional\n    Unit to show, such as ``"µm"``; SI if not given.',
+    "x": "x : ndarray, optional\n    Abscissa in place of time or crank angle; goes with `x_label`.",
+    "x_label": "x_label : str, optional\n    Label of the abscissa, with its unit.",
+} | {
+    name: f"**{name}\n    Passed to ``Axes.{artist}``."
+    for name, artist in {
+        **{"line": "plot", "points": "plot", "steps": "step", "fill": "fill_between"},
+        **{"bars": "barh", "bins": "hist", "areas": "stackplot"},
+    }.items()
+}
+
+
+def documented(plot: Plot) -> Plot:
+    """Add to the documentation of a plot the parameters that many have, and what it returns."""
+    if plot.__doc__:  # not where Python drops docstrings
+        head, line, rest = inspect.cleandoc(plot.__doc__).partition("----------\n")
+        own, _, rest = rest.partition("\n\n")
+        own, stars, keywords = own.partition("\n**")
+        known = {line.split(" ")[0] for line in f"{own}{stars}{keywords}".split("\n")}
+        names = [name for name in inspect.signature(plot).parameters if name in _SHARED]
+        more = [_SHARED[name] for name in names if known.isdisjoint((name, f"**{name}"))]
+        parameters = "\n".join([own, *more]) + stars + keywords
+        plot.__doc__ = f"{head}{line}{parameters}\n\nReturns\n-------\nAxes\n\n{rest}"
+    return plot
 
 
 def new_axes(ax: Axes | None) -> Axes:
@@ -83,3 +121,31 @@ def abscissa_of(x: object, samples: int) -> Array:
         what = f"an array of shape {given.shape}" if given.dtype.kind in "iuf" else repr(x)
         raise ArgumentError(f"x must be {samples} numbers, one for each sample, got {what}")
     return given.astype(float)
+
+
+def is_a(value: object, kind: str) -> bool:
+    """Whether a value is of a class of this name, or of one derived from it."""
+    return any(base.__name__ == kind for base in type(value).__mro__)
+
+
+def require(argument: str, value: object, kind: str) -> None:
+    """Refuse, with a TypeError, what is not of the class that a plot draws."""
+    if not is_a(value, kind):
+        raise ArgumentTypeError(f"{argument} must be a {kind} of chebclear, got {type(value).__name__}")
+
+
+def require_name(argument: str, name: object, run: Trajectory) -> None:
+    """Refuse what cannot be the name of one column of a run, as a pattern; not that it is unknown."""
+    if not isinstance(name, str) or (is_pattern(name) and name not in run.columns):
+        message = f'{argument} must be the name of one column, such as "{run.columns[0]}", got {name!r}'
+        raise (ArgumentError if isinstance(name, str) else TypeError)(message)
+
+
+def column_names(run: Trajectory, columns: object) -> list[str]:
+    """The names of columns that are given as one or several names or patterns; unknown names stay."""
+    given = [columns] if isinstance(columns, str) else columns
+    names = list(given) if isinstance(given, Iterable) else []
+    if not names or not all(isinstance(name, str) for name in names):
+        message = f'columns must be names of columns of the run, such as "{run.columns[0]}", got {columns!r}'
+        raise ArgumentTypeError(message)
+    return [found for name in names for found in (matching(run.columns, name) or [name])]

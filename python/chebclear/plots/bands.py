@@ -1,4 +1,4 @@
-"""Plots of studies: bands with their verdicts, sensitivities with restraint zones."""
+"""Plots of studies: bands with their verdicts and polynomials, sensitivities, lost motion."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from ..base.arguments import Checks
 from ..base.prefixes import format_range
+from ..base.tables import format_number
+from ..errors import ArgumentError
 from ..report.document import Picture
 from ..scene.columns import plain_words
-from .axes import COLORS, abscissa_of, line_style, new_axes, unit_scale
-from .labels import legend_above_the_data, set_labels, set_x_label, with_unit, words_of
-from .subjects import require
+from .axes import COLORS, MARKERS, abscissa_of, documented, line_style, new_axes, require, unit_scale
+from .labels import legend_above_the_data, plain_numbers, set_labels, set_x_label, with_unit, words_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -42,6 +43,8 @@ THIN = 0.1
 """Width of a band relative to the range of the motion below which it is shown as a deviation [-]."""
 # Areas with more corners than this are drawn as pixels in vector files.
 _MOST_CORNERS = 4000
+# Points that a cloud of predictions has at most.
+_MOST_POINTS = 20_000
 
 
 def band_picture(band: Band) -> Picture:
@@ -55,6 +58,7 @@ def band_picture(band: Band) -> Picture:
     )
 
 
+@documented
 def plot_band(
     band: Band,
     *,
@@ -78,14 +82,6 @@ def plot_band(
     ----------
     band : Band
         The band of one output.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
-    unit : str, optional
-        Unit to show, such as ``"µm"``; SI if not given.
-    x : ndarray, optional
-        Abscissa in place of ``band.t``, or of the crank angle of a band by angle; goes with `x_label`.
-    x_label : str, optional
-        Label of the abscissa, with its unit; that of the band's own if not given.
     scan : Band, optional
         Band of the same output to compare with, drawn as dashed lines. A scan is an inner bound.
     nominal : bool
@@ -95,12 +91,6 @@ def plot_band(
     deviation : bool
         Draw differences from the nominal response, which is drawn with an axis of its own at the right: for
         bands that are thin against the motion.
-    **fill
-        Passed to ``Axes.fill_between``.
-
-    Returns
-    -------
-    Axes
 
     Examples
     --------
@@ -163,6 +153,7 @@ def plot_band(
     return ax
 
 
+@documented
 def plot_agreement(
     agreement: Agreement, *, ax: Axes | None = None, unit: str | None = None, **line: Any
 ) -> Axes:
@@ -172,16 +163,6 @@ def plot_agreement(
     ----------
     agreement : Agreement
         What ``measured.compare`` returned.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
-    unit : str, optional
-        Unit to show, such as ``"µm"``; SI if not given.
-    **line
-        Passed to ``Axes.plot`` for the trace.
-
-    Returns
-    -------
-    Axes
 
     Examples
     --------
@@ -212,6 +193,7 @@ def plot_agreement(
     return ax
 
 
+@documented
 def plot_lost_motion(
     motion: LostMotion, *, ax: Axes | None = None, unit: str | None = None, **areas: Any
 ) -> Axes:
@@ -221,16 +203,6 @@ def plot_lost_motion(
     ----------
     motion : LostMotion
         What ``lost_motion`` returned.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
-    unit : str, optional
-        Unit to show, such as ``"µm"``; SI if not given.
-    **areas
-        Passed to ``Axes.stackplot``.
-
-    Returns
-    -------
-    Axes
 
     Examples
     --------
@@ -284,6 +256,7 @@ def _percent(share: float) -> str:
     return f"{math.floor(1e4 * share + 1e-9) / 100.0:g} %"
 
 
+@documented
 def plot_sensitivity(
     band: Band,
     parameter: str,
@@ -307,8 +280,6 @@ def plot_sensitivity(
         The band of one output, from a Chebyshev study.
     parameter : str
         Name of the parameter.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
     normalized : bool
         Derivative with respect to the normalized variable in [-1, 1] instead of the physical parameter.
     parameter_unit : str, optional
@@ -317,16 +288,6 @@ def plot_sensitivity(
         The same output of the mechanism without clearance, drawn dashed.
     zones : RestraintZones, optional
         Result of `restraint_zones`: spans in which clearance hardly affects the sensitivity are shaded.
-    x : ndarray, optional
-        Abscissa in place of ``band.t``, or of the crank angle of a band by angle; goes with `x_label`.
-    x_label : str, optional
-        Label of the abscissa, with its unit; that of the band's own if not given.
-    **line
-        Passed to ``Axes.plot``.
-
-    Returns
-    -------
-    Axes
 
     Examples
     --------
@@ -383,3 +344,111 @@ def _slope_labels(ax: Axes, output: str, unit: str) -> tuple[str, dict[str, str]
         shown[text] = short.removesuffix(end) if one_unit else short
     what = f"sensitivity of {output}" if one_output else "sensitivity"
     return f"{what} [{unit if one_unit else 'see legend'}]", shown
+
+
+@documented
+def plot_coefficients(band: Band, *, ax: Axes | None = None, **line: Any) -> Axes:
+    """Draw how the coefficients of the polynomial of a band decay with the degree, one line a parameter.
+
+    If the response is smooth they fall by a factor from degree to degree, and the last ones have the size of
+    the error of the polynomial. If they do not fall, no affordable degree resolves the response.
+
+    Parameters
+    ----------
+    band : Band
+        A band with a polynomial, from `Study.chebyshev`, say.
+
+    Raises
+    ------
+    ValueError
+        If the band has no polynomial.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> side = {"rod_length": cc.Interval.around(0.12, rel=0.01)}
+    >>> study = cc.Study(cc.mechanisms.slider_crank, side, outputs=["slider.x"], duration=0.01, samples=21)
+    >>> ax = cc.plots.plot_coefficients(study.chebyshev(degree=3)["slider.x"])
+    """
+    require("band", band, "Band")
+    sizes = np.abs(band.coefficients).max(axis=-1)
+    ax = new_axes(ax)
+    for axis, name in enumerate(band.intervals):
+        others = tuple(other for other in range(sizes.ndim) if other != axis)
+        largest = sizes.max(axis=others)
+        style = line_style(
+            line, marker=MARKERS[axis % len(MARKERS)], markersize=5.0, linewidth=0.9, label=plain_words(name)
+        )
+        # A coefficient that is exactly zero has no place on a logarithmic axis.
+        ax.plot(np.arange(len(largest)), np.where(largest > 0.0, largest, np.nan), **style)
+    ax.set_yscale("log")
+    plain_numbers(ax.yaxis)
+    ax.set_xticks(range(max(sizes.shape)))
+    what = f"largest coefficient of {words_of(band.name, band.unit)} over time"
+    set_labels(ax, "degree in the parameter [-]", with_unit(what, band.unit))
+    legend_above_the_data(ax)
+    return ax
+
+
+@documented
+def plot_prediction(
+    band: Band,
+    holdout: Band,
+    *,
+    ax: Axes | None = None,
+    unit: str | None = None,
+    **points: Any,
+) -> Axes:
+    """Draw what the polynomial of a band predicts for runs that it was not fitted to, against those runs.
+
+    Points on the diagonal are predicted exactly. The legend has the largest error over the range of the runs.
+
+    Parameters
+    ----------
+    band : Band
+        A band with a polynomial.
+    holdout : Band
+        The same output in other runs of the same parameters, of `Study.scan` or `Study.band`, say.
+
+    Raises
+    ------
+    ValueError
+        If the band has no polynomial, or the runs are of another output, instants or parameters.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> side = {"rod_length": cc.Interval.around(0.12, rel=0.01)}
+    >>> study = cc.Study(cc.mechanisms.slider_crank, side, outputs=["slider.x"], duration=0.01, samples=21)
+    >>> ax = cc.plots.plot_prediction(study.chebyshev(degree=2)["slider.x"], study.scan(5)["slider.x"])
+    """
+    require("band", band, "Band")
+    require("holdout", holdout, "Band")
+    if (
+        holdout.name != band.name
+        or holdout.t.shape != band.t.shape
+        or list(holdout.intervals) != list(band.intervals)
+    ):
+        raise ArgumentError(
+            f"holdout must have runs of {band.name} at the same instants and over the same parameters"
+        )
+    scale, shown = unit_scale(band.unit, unit)
+    given = dict(zip(band.intervals, holdout.parameters.T, strict=True))
+    predicted, simulated = scale * band.evaluate(**given).ravel(), scale * holdout.runs.ravel()
+    error, reach = float(np.abs(predicted - simulated).max()), float(np.ptp(simulated))
+    chosen = slice(None, None, -(-predicted.size // _MOST_POINTS))
+    ax = new_axes(ax)
+    count = len(holdout.runs)
+    share = error / reach if reach else 0.0
+    size = "below 0.01 %" if share < 1e-4 else f"{format_number(100.0 * share, 2)} %"
+    label = f"{count} runs, largest error {size} of their range"
+    style = line_style(
+        points, marker=".", markersize=3.0, linestyle="none", alpha=0.4, rasterized=True, label=label
+    )
+    ax.plot(simulated[chosen], predicted[chosen], **style)
+    ends = np.array([min(simulated.min(), predicted.min()), max(simulated.max(), predicted.max())])
+    ax.plot(ends, ends, color="black", linewidth=0.8, linestyle="--", label="exact")
+    what = with_unit(words_of(band.name, band.unit), shown)
+    set_labels(ax, f"simulated {what}", f"predicted {what}")
+    legend_above_the_data(ax)
+    return ax

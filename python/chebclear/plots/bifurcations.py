@@ -8,9 +8,8 @@ import numpy as np
 
 from ..base.arguments import Checks
 from ..scene.columns import column_unit, column_words, plain_words
-from .axes import COLORS, line_style, new_axes, unit_scale
+from .axes import COLORS, documented, line_style, new_axes, require, unit_scale
 from .labels import set_labels, typeset, with_unit
-from .subjects import require
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
     from ..study.sweep import Sweep
 
 
+@documented
 def plot_bifurcation(
     diagram: Bifurcation,
     *,
@@ -34,20 +34,10 @@ def plot_bifurcation(
     ----------
     diagram : Bifurcation
         What `bifurcation` returned.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
-    unit : str, optional
-        Unit of the output to show, such as ``"µm"``; SI if not given.
     parameter_unit : str
         Unit of the parameter, for the label.
     parameter_scale : float
         What one SI unit of the parameter is in that unit [-].
-    **points
-        Passed to ``Axes.plot``.
-
-    Returns
-    -------
-    Axes
 
     Examples
     --------
@@ -79,6 +69,7 @@ def plot_bifurcation(
     return ax
 
 
+@documented
 def plot_sweep(
     sweep: Sweep,
     feature: str,
@@ -97,20 +88,10 @@ def plot_sweep(
         What `Study.sweep` returned.
     feature : str
         Name of the feature.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
-    unit : str, optional
-        Unit of the feature to show, such as ``"µm"``; SI if not given.
     parameter_unit : str, optional
         Unit of the parameter, for the label; SI if not given.
     parameter_scale : float
         What one SI unit of the parameter is in that unit [-].
-    **line
-        Passed to ``Axes.plot``.
-
-    Returns
-    -------
-    Axes
 
     Examples
     --------

@@ -11,7 +11,7 @@ from ..base.arguments import Checks, meant_or_known
 from ..base.prefixes import format_quantity
 from ..errors import UnknownNameError
 from ..scene.columns import column_unit, column_words, plain_words
-from .axes import COLORS, MARKERS, line_style, new_axes
+from .axes import COLORS, MARKERS, documented, line_style, new_axes, require
 from .labels import (
     legend_columns,
     plain_numbers,
@@ -23,7 +23,6 @@ from .labels import (
     typeset,
     with_unit,
 )
-from .subjects import require
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,6 +40,7 @@ _COSTS = {
 
 
 # Long because all it draws has a style and words of its own.
+@documented
 def plot_tradeoff(
     result: Tradeoff,
     output: str | None = None,
@@ -63,18 +63,10 @@ def plot_tradeoff(
         What `tradeoff` returned.
     output : str, optional
         Name of the output; the first one if not given.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
     cost : {"seconds", "steps", "stages", "evaluations"}
         The ordinate.
     until : float, optional
         End of the time over which the error is the largest [s]; all of it if not given.
-    **line
-        Passed to ``Axes.plot`` for the lines.
-
-    Returns
-    -------
-    Axes
 
     Raises
     ------
@@ -155,6 +147,7 @@ def plot_tradeoff(
     return ax
 
 
+@documented
 def plot_study_tradeoff(
     result: StudyTradeoff, output: str | None = None, *, ax: Axes | None = None, **line: Any
 ) -> Axes:
@@ -168,14 +161,6 @@ def plot_study_tradeoff(
         What `study_tradeoff` returned.
     output : str, optional
         Name of the output; the first one if not given.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
-    **line
-        Passed to ``Axes.plot`` for the lines.
-
-    Returns
-    -------
-    Axes
 
     Raises
     ------
@@ -253,6 +238,7 @@ def _legends_above(ax: Axes, title: str | None = None, guides: tuple[str, ...] =
             ax.add_artist(legend)
 
 
+@documented
 def plot_allocation(allocation: Allocation, *, ax: Axes | None = None, **bars: Any) -> Axes:
     """Draw which tolerances were closed and which opened, and by what factor.
 
@@ -260,14 +246,6 @@ def plot_allocation(allocation: Allocation, *, ax: Axes | None = None, **bars: A
     ----------
     allocation : Allocation
         What ``allocate`` returned.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
-    **bars
-        Passed to ``Axes.barh``.
-
-    Returns
-    -------
-    Axes
 
     Examples
     --------

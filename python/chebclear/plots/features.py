@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks
 from ..base.prefixes import prefix_of
 from ..scene.columns import plain_words
-from .axes import COLORS, new_axes, unit_scale
+from .axes import COLORS, documented, is_a, new_axes, require, unit_scale
 from .labels import (
     legend_columns,
     set_row_names,
@@ -21,7 +21,6 @@ from .labels import (
     typeset,
     with_unit,
 )
-from .subjects import is_a, require
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,6 +37,7 @@ Array = NDArray[np.float64]
 LOW, HIGH, TOGETHER, SCATTER = COLORS[0], COLORS[1], "0.6", "0.8"
 
 
+@documented
 def plot_tornado(
     feature: FeatureResult, *, ax: Axes | None = None, unit: str | None = None, most: int = 10, **bars: Any
 ) -> Axes:
@@ -51,18 +51,8 @@ def plot_tornado(
     ----------
     feature : FeatureResult
         A feature of a study, ``result.features["peak force"]``.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
-    unit : str, optional
-        Unit to show, such as ``"mm"``; SI if not given.
     most : int
         Largest number of parameters that are drawn [-]; the others are counted in a note.
-    **bars
-        Passed to ``Axes.barh``.
-
-    Returns
-    -------
-    Axes
 
     Raises
     ------
@@ -154,6 +144,7 @@ def _reach(effects: Effects, name: str) -> float:
     return float(max(abs(swing.at_lower - effects.mean), abs(swing.at_upper - effects.mean)))
 
 
+@documented
 def plot_shares(effects: Effects | FeatureResult | Ranking, *, ax: Axes | None = None, **bars: Any) -> Axes:
     """Draw the shares in the variance of a feature: parameters, parameters together, and scatter.
 
@@ -164,14 +155,6 @@ def plot_shares(effects: Effects | FeatureResult | Ranking, *, ax: Axes | None =
     ----------
     effects : FeatureResult, Effects or Ranking
         A feature of a study, its effects or its ranking.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
-    **bars
-        Passed to ``Axes.barh``.
-
-    Returns
-    -------
-    Axes
 
     Raises
     ------
@@ -203,6 +186,7 @@ def plot_shares(effects: Effects | FeatureResult | Ranking, *, ax: Axes | None =
     return ax
 
 
+@documented
 def plot_ranking(ranking: Ranking, *, ax: Axes | None = None, **bars: Any) -> Axes:
     """Draw by how much the interval of a feature narrows when that of a parameter is halved.
 
@@ -212,14 +196,6 @@ def plot_ranking(ranking: Ranking, *, ax: Axes | None = None, **bars: Any) -> Ax
     ----------
     ranking : Ranking
         What ``result.feature[...].ranking()`` returned.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
-    **bars
-        Passed to ``Axes.barh``.
-
-    Returns
-    -------
-    Axes
 
     Examples
     --------
@@ -237,7 +213,8 @@ def plot_ranking(ranking: Ranking, *, ax: Axes | None = None, **bars: Any) -> Ax
     return ax
 
 
-def plot_share(share: Share, *, ax: Axes | None = None, unit: str | None = None, **bars: Any) -> Axes:
+@documented
+def plot_share(share: Share, *, ax: Axes | None = None, unit: str | None = None, **bins: Any) -> Axes:
     """Draw how the mechanisms are spread, and the limits that they must keep to.
 
     A quantity that must keep to its limits over a time is drawn by its lowest and its highest value.
@@ -246,16 +223,6 @@ def plot_share(share: Share, *, ax: Axes | None = None, unit: str | None = None,
     ----------
     share : Share
         What ``conformance(...)[name]`` returned.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
-    unit : str, optional
-        Unit to show, such as ``"mm"``; SI if not given.
-    **bars
-        Passed to ``Axes.hist``.
-
-    Returns
-    -------
-    Axes
 
     Examples
     --------
@@ -279,7 +246,7 @@ def plot_share(share: Share, *, ax: Axes | None = None, unit: str | None = None,
     names = [None] if single else [word for word, used in words if used]
     for one, name, color in zip(series, names, COLORS, strict=False):
         look: dict[str, Any] = {"bins": edges, "color": color, "label": name, "alpha": 0.8}
-        ax.hist(one, **(look | bars))
+        ax.hist(one, **(look | bins))
     for limit in share.limits:
         if math.isfinite(limit):
             ax.axvline(limit * scale, color="0.2", linestyle="--")
@@ -292,8 +259,9 @@ def plot_share(share: Share, *, ax: Axes | None = None, unit: str | None = None,
     return ax
 
 
+@documented
 def plot_difference(
-    difference: Difference, *, ax: Axes | None = None, unit: str | None = None, **bars: Any
+    difference: Difference, *, ax: Axes | None = None, unit: str | None = None, **bins: Any
 ) -> Axes:
     """Draw how the differences of a feature between two designs are spread, and where their median lies.
 
@@ -301,16 +269,6 @@ def plot_difference(
     ----------
     difference : Difference
         One of the features of what ``contrast`` returned.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
-    unit : str, optional
-        Unit to show, such as ``"µm"``; SI if not given.
-    **bars
-        Passed to ``Axes.hist``.
-
-    Returns
-    -------
-    Axes
 
     Examples
     --------
@@ -328,7 +286,7 @@ def plot_difference(
     scale, shown = unit_scale(difference.unit, unit)
     change = scale * (difference.second - difference.first)
     look: dict[str, Any] = {"bins": "auto" if len(change) < 1000 else 50, "color": COLORS[0], "alpha": 0.8}
-    ax.hist(change, **(look | bars))
+    ax.hist(change, **(look | bins))
     ax.axvline(0.0, color="0.2", linewidth=0.8)
     ends = [scale * end for end in (difference.lower, difference.upper) if math.isfinite(end)]
     if ends:
@@ -339,6 +297,7 @@ def plot_difference(
     return ax
 
 
+@documented
 def plot_identification(found: Identification, *, ax: Axes | None = None, **points: Any) -> Axes:
     """Draw the region of the first two parameters, or of the only one, in the box that was searched.
 
@@ -346,14 +305,6 @@ def plot_identification(found: Identification, *, ax: Axes | None = None, **poin
     ----------
     found : Identification
         What ``identify`` returned.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
-    **points
-        Passed to ``Axes.plot`` for the points of the region.
-
-    Returns
-    -------
-    Axes
 
     Examples
     --------

@@ -1,4 +1,5 @@
-"""Plots of single runs: columns over time, journals in their bearings, contacts, Poincaré sections.
+"""Plots of single runs: columns over time, journals in their bearings, contacts and wear, Poincaré
+sections.
 
 Every function takes ``ax=None``, draws on it, labels the axes in words with units and returns the Axes. None
 calls ``show``, none changes ``rcParams`` or the backend. Extra keywords go to the artist that carries the
@@ -15,10 +16,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks, meant_or_known
-from ..errors import ArgumentError, ArgumentTypeError
+from ..errors import ArgumentError, ArgumentTypeError, UnknownNameError
 from ..scene.columns import column_unit, column_words, plain_words
 from ..scene.parts import ClearanceRevolute, loose_joints
-from .axes import abscissa_of, line_style, new_axes, unit_scale
+from .axes import (
+    COLORS,
+    abscissa_of,
+    column_names,
+    documented,
+    line_style,
+    new_axes,
+    require,
+    require_name,
+    unit_scale,
+)
 from .labels import (
     add_color_bar,
     legend_above_the_data,
@@ -28,19 +39,22 @@ from .labels import (
     with_unit,
     words_in_common,
 )
-from .subjects import column_names, require, require_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from ..decisions.wear import WearLife
     from ..run.trajectory import Trajectory
 
 Array = NDArray[np.float64]
 
 # Instants of a section may miss the samples by this part of the time between two of them.
 _ON_SAMPLE = 1e-3
+# Profiles that are drawn at most, evenly over the depths.
+_PROFILES = 8
 
 
+@documented
 def plot_trajectory(
     run: Trajectory,
     columns: str | Sequence[str],
@@ -59,20 +73,6 @@ def plot_trajectory(
         What :func:`simulate` returned.
     columns : str or sequence of str
         Column names, or patterns such as ``"*.vx"``; all of one unit, since they share the axis.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
-    unit : str, optional
-        Unit to show, such as ``"µm"``; SI if not given.
-    x : ndarray, optional
-        Abscissa in place of ``run.t``, such as the crank angle; goes with `x_label`.
-    x_label : str
-        Label of the abscissa, with its unit.
-    **line
-        Passed to ``Axes.plot``.
-
-    Returns
-    -------
-    Axes
 
     Raises
     ------
@@ -117,6 +117,7 @@ def plot_trajectory(
     return ax
 
 
+@documented
 def plot_orbit(
     run: Trajectory,
     joint: str,
@@ -138,8 +139,6 @@ def plot_orbit(
         What :func:`simulate` returned.
     joint : str
         Name of the clearance joint.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
     unit : str
         Unit of length to show.
     color_bar : bool
@@ -147,10 +146,6 @@ def plot_orbit(
     **line
         Passed to ``matplotlib.collections.LineCollection`` for the path. With a ``color`` the path has that
         color throughout, and no color bar.
-
-    Returns
-    -------
-    Axes
 
     Raises
     ------
@@ -211,6 +206,7 @@ def plot_orbit(
     return ax
 
 
+@documented
 def plot_poincare(
     run: Trajectory,
     x: str,
@@ -234,20 +230,12 @@ def plot_poincare(
         What :func:`simulate` returned, with a whole number of samples a period.
     x, y : str
         Columns on the abscissa and ordinate; both must be given.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
     period : float, optional
         Time from point to point [s]; ``run.scene.period``, a revolution of the slowest drive, if not given.
     shift : float
         Time from the first sample to the first point [s]: the phase of the section.
     x_unit, y_unit : str, optional
         Units to show; SI if not given.
-    **points
-        Passed to ``Axes.plot``.
-
-    Returns
-    -------
-    Axes
 
     Raises
     ------
@@ -308,6 +296,7 @@ def section_samples(run: Trajectory, period: float | None, shift: float = 0.0) -
     return nearest
 
 
+@documented
 def plot_contacts(
     runs: Trajectory | Sequence[Trajectory],
     *,
@@ -326,8 +315,6 @@ def plot_contacts(
     ----------
     runs : Trajectory or sequence of Trajectory
         What :func:`simulate` returned; several runs to compare them, one below the other.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
     joints : str or sequence of str, optional
         Clearance joints to show; all of the scene if not given.
     labels : str or sequence of str, optional
@@ -336,10 +323,6 @@ def plot_contacts(
         Add a color bar with the force to the figure.
     **bars
         Passed to ``matplotlib.collections.PolyCollection``.
-
-    Returns
-    -------
-    Axes
 
     Raises
     ------
@@ -425,3 +408,55 @@ def _clearance_joint(run: Trajectory | Trajectory, name: str) -> ClearanceRevolu
             raise ArgumentError(f'the joint "{name}" has no clearance{others}')
         raise ArgumentError(f'unknown clearance joint "{name}"{meant_or_known(name, list(known))}')
     return known[name]
+
+
+@documented
+def plot_wear(
+    life: WearLife, joint: str | None = None, *, ax: Axes | None = None, unit: str | None = None
+) -> Axes:
+    """Draw the largest depth of wear over the cycles, or the profiles of a bearing as it wears.
+
+    Parameters
+    ----------
+    life : WearLife
+        What ``wear_life`` returned.
+    joint : str, optional
+        Joint whose profiles are drawn; the largest depth over the cycles if not given.
+
+    Raises
+    ------
+    KeyError
+        If the joint does not wear.
+
+    Examples
+    --------
+    >>> import chebclear as cc
+    >>> scene = cc.mechanisms.slider_crank(clearance_at=("wrist",))
+    >>> law = cc.laws.Archard(coefficient=1e-4, hardness=1e9, length=0.02)
+    >>> found = cc.laws.wear_life(scene, {"wrist": law}, limit=2e-6, depth_per_jump=2e-6)
+    >>> ax = cc.plots.plot_wear(found, "wrist", unit="µm")
+    """
+    require("life", life, "WearLife")
+    if joint is not None and joint not in life.profiles:
+        raise UnknownNameError(f'"{joint}" does not wear here{meant_or_known(joint, life.profiles)}')
+    ax = new_axes(ax)
+    scale, shown = unit_scale("m", unit)
+    if joint is None:
+        ax.plot(life.cycles, scale * life.depth, ".-", color=COLORS[0])
+        if life.limit is not None:
+            ax.axhline(scale * life.limit, color="0.3", linewidth=0.8, linestyle="--", label="limit")
+            legend_above_the_data(ax)
+        set_x_label(ax, "cycles [-]")
+        ax.set_ylabel(with_unit("largest depth of wear", shown))
+        return ax
+    profiles = life.profiles[joint]
+    steps = np.linspace(0.0, life.depth[-1], _PROFILES)
+    rows = sorted({int(np.abs(life.depth - depth).argmin()) for depth in steps})
+    angles = (np.arange(profiles.shape[1]) + 0.5) * 360.0 / profiles.shape[1]
+    for place, row in enumerate(rows):
+        shade = str(0.8 - 0.8 * (place + 1) / len(rows))
+        ax.plot(angles, scale * profiles[row], color=shade, label=f"{life.cycles[row]:.3g}")
+    set_x_label(ax, f"angle in the bearing of {plain_words(joint)} [°]")
+    ax.set_ylabel(with_unit("depth of wear", shown))
+    legend_above_the_data(ax, "cycles")
+    return ax

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks
 from ..errors import ArgumentError, ArgumentTypeError
 from ..scene.columns import column_unit, column_words, plain_words
-from .axes import abscissa_of, line_style, new_axes, unit_scale
+from .axes import abscissa_of, documented, is_a, line_style, new_axes, require, require_name, unit_scale
 from .labels import add_color_bar, set_labels, with_unit
-from .subjects import is_a, require, require_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -65,6 +64,7 @@ def short_time_spectrum(
     return centers, frequencies, 2.0 * magnitude
 
 
+@documented
 def plot_spectrogram(
     run: Trajectory | Array,
     column: str | Array,
@@ -87,8 +87,6 @@ def plot_spectrogram(
         What :func:`simulate` returned; or equally spaced instants [s].
     column : str or ndarray, shape (samples,)
         Column name; or the signal at those instants.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
     window : float, optional
         Length of the pieces that are transformed [s]; a 24th of the signal if not given.
     overlap : float
@@ -106,10 +104,6 @@ def plot_spectrogram(
     **mesh
         Passed to ``Axes.pcolormesh``. With ``vmax`` (amplitude in decibels re 1 unit) several plots share a
         scale.
-
-    Returns
-    -------
-    Axes
 
     Raises
     ------
@@ -164,6 +158,7 @@ def _signal(run: Any, column: Any) -> tuple[Array, Array]:
     return t, signal
 
 
+@documented
 def plot_spectrum(
     spectrum: Spectrum, *, ax: Axes | None = None, unit: str | None = None, **line: Any
 ) -> Axes:
@@ -173,16 +168,6 @@ def plot_spectrum(
     ----------
     spectrum : Spectrum
         What ``run.spectrum`` returned.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
-    unit : str, optional
-        Unit to show, such as ``"µm"``; SI if not given.
-    **line
-        Passed to ``Axes.plot``.
-
-    Returns
-    -------
-    Axes
 
     Examples
     --------
@@ -203,23 +188,14 @@ def plot_spectrum(
     return ax
 
 
-def plot_cycles(cycles: Cycles, *, ax: Axes | None = None, unit: str | None = None, **line: Any) -> Axes:
+@documented
+def plot_cycles(cycles: Cycles, *, ax: Axes | None = None, unit: str | None = None, **steps: Any) -> Axes:
     """Draw the load spectrum of an output: ranges over the number of cycles that reach them.
 
     Parameters
     ----------
     cycles : Cycles
         What ``run.cycles`` returned.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
-    unit : str, optional
-        Unit to show, such as ``"kN"``; SI if not given.
-    **line
-        Passed to ``Axes.step``.
-
-    Returns
-    -------
-    Axes
 
     Examples
     --------
@@ -232,7 +208,7 @@ def plot_cycles(cycles: Cycles, *, ax: Axes | None = None, unit: str | None = No
     scale, shown = unit_scale(cycles.unit, unit)
     ax = new_axes(ax)
     reached = np.cumsum(cycles.counts)
-    ax.step(reached, scale * cycles.ranges, where="pre", **line_style(line))
+    ax.step(reached, scale * cycles.ranges, where="pre", **line_style(steps))
     ax.set_xscale("log")
     set_labels(ax, "cycles", with_unit(f"range of {column_words(cycles.output)}", shown))
     return ax

@@ -7,7 +7,7 @@ import re
 import chebclear as cc
 import pytest
 from browser import BROWSER, Browser
-from chebclear.plots.animation.widget import widget_of
+from chebclear.plots.animation.animate import widget_of
 
 FILE = """format = 1
 bodies = [{ name = "bob", mass = "m", inertia = 1 }]

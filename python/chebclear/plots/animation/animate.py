@@ -16,13 +16,13 @@ import numpy as np
 from ...base.arguments import Checks, as_number, meant_or_known
 from ...base.writing import replaced
 from ...errors import ArgumentError, MissingProgramError
-from ...report.film import Film
+from ...report.film import Film, player, player_style
 from ...report.html import film_page, framed
 from ...scene.columns import column_words, plain_words
 from ...scene.parts import ClearanceRevolute
+from ..axes import require, require_name
 from ..drawing.pose import Pose, simulated_poses
-from ..subjects import require, require_name
-from .film import mechanism_words, run_film
+from .film import evenly, mechanism_words, run_film
 from .motion import Motion, motion_of, moving_mechanism
 from .stage import Stage
 
@@ -35,6 +35,17 @@ if TYPE_CHECKING:
 MOST_FRAMES = 2000
 MOST_RATE = 100
 _ENDINGS = (".gif", ".html", ".mp4")
+_RENDER = """
+export default { render({ model, el }) {
+  const film = JSON.parse(model.get("film"));
+  const shown = playFilm(el, {...film, starts: false}, frame => {
+    if (model.get("frame") !== frame) { model.set("frame", frame); model.save_changes(); }
+  });
+  shown.show(model.get("frame"));
+  model.on("change:frame", () => shown.show(model.get("frame")));
+  return shown.leave;
+} };
+"""
 _JOINT_COLUMNS = ("eccentricity_x", "eccentricity_y", "normal_force", "friction_force")
 
 
@@ -94,9 +105,7 @@ class Animation:
     def widget(self) -> Any:
         """The animation as a widget of notebooks: its ``frame`` can be read, set and observed; needs the
         package anywidget."""
-        from .widget import widget_of
-
-        return widget_of(self.film())
+        return widget_of(self._film)
 
     def _repr_html_(self) -> str:
         return framed(self._page(), mechanism_words(self._motion.scene))
@@ -233,8 +242,7 @@ def animate(
     samples = np.flatnonzero(known)
     if len(samples) < 2:
         raise ArgumentError(f"fewer than two samples lie between start={since:g} and end={until:g} s")
-    picked = np.unique(np.linspace(0, len(samples) - 1, count).round().astype(np.int64))
-    motion = motion_of(run, poses, samples, picked, chosen, shown, factor)
+    motion = motion_of(run, poses, samples, evenly(len(samples), count), chosen, shown, factor)
     return Animation(motion, pace, (extent[0], extent[1]))
 
 
@@ -279,3 +287,21 @@ def _ffmpeg() -> str:
             "an MP4 needs ffmpeg: install it, or the package imageio-ffmpeg, or save a .gif or .html"
         ) from None
     return str(packaged.get_ffmpeg_exe())
+
+
+def widget_of(film: Film) -> Any:
+    """A film as a widget, an `anywidget.AnyWidget`, with the traits ``film``, its JSON, and ``frame``."""
+    try:
+        anywidget, traitlets = map(importlib.import_module, ("anywidget", "traitlets"))
+    except ImportError:
+        raise MissingProgramError(
+            "a widget needs the package anywidget: pip install 'chebclear[notebook]'"
+        ) from None
+    traits = {
+        "_esm": player() + _RENDER,
+        "_css": player_style(),
+        "film": traitlets.Unicode().tag(sync=True),
+        "frame": traitlets.Int().tag(sync=True),
+    }
+    # A class of its own, so that importing this module needs no package.
+    return type("AnimationWidget", (anywidget.AnyWidget,), traits)(film=film.to_json())

@@ -23,8 +23,7 @@ from ...scene.scene import Scene
 from ..drawing.guides import place_in
 from ..drawing.pen import strokes_of
 from ..drawing.pose import Pose, colors_of
-from ..drawing.strokes import Enlarged, Owner, Stroke
-from ..drawing.symbols import along
+from ..drawing.strokes import Enlarged, Owner, Stroke, along
 
 if TYPE_CHECKING:
     from ...run.trajectory import Trajectory

@@ -27,8 +27,19 @@ from ...scene.parts import (
 from .guides import draw_guide, half_size, part_in, place_in
 from .plane import Clutter, hull
 from .pose import GROUND_COLOR, Pose
-from .strokes import Owner, Stroke
-from .symbols import along, arc, beside, dashpot, drum, spiral, typical, varies, zigzag
+from .strokes import (
+    Owner,
+    Stroke,
+    along,
+    arc,
+    beside,
+    dashpot,
+    drum,
+    spiral,
+    typical,
+    varies,
+    zigzag,
+)
 
 Array = NDArray[np.float64]
 

@@ -20,9 +20,8 @@ from ...scene.columns import plain_words
 from ...scene.forces import Gravity
 from ...scene.parts import joints_with_play
 from ...scene.scene import Scene
-from ..axes import new_axes
+from ..axes import documented, is_a, new_axes
 from ..labels import size_of, typeset
-from ..subjects import is_a
 from .pen import Pen, strokes_of
 from .plane import along_body, around
 from .pose import Pose, simulated_poses
@@ -54,6 +53,7 @@ MOST_EXAGGERATED = 1e6
 """Largest factor of clearances [-]: a micrometer is then as wide as a meter."""
 
 
+@documented
 def plot_scene(
     scene: Scene | Trajectory,
     t: float | None = None,
@@ -78,17 +78,11 @@ def plot_scene(
     t : float, optional
         Instant of the run [s]; the nearest sample is drawn, and named in the picture. The first one if not
         given.
-    ax : Axes, optional
-        Where to draw; a new figure if not given.
     exaggerate : float
         Factor by which clearances, and eccentricities, are drawn larger than they are [-]; the picture states
         it.
     labels : bool
         Write the names of bodies, joints and forces.
-
-    Returns
-    -------
-    Axes
 
     Raises
     ------
