@@ -27,6 +27,7 @@ import chebclear as cc
 import numpy as np
 from chebclear.execution import dispatch
 from chebclear.execution.pieces import simulate_order
+from chebclear.study.sources.scenes import scene_of
 
 BOX = {
     "crank_length": cc.Interval.around(0.05, rel=0.05),
@@ -86,7 +87,7 @@ def measure(path: Path, runs: int) -> None:
     made = study(1)
     begin = time.perf_counter()
     for row in points:
-        made.scene(dict(zip(made.intervals, map(float, row), strict=True))).to_json()
+        scene_of(made, dict(zip(made.intervals, map(float, row), strict=True))).to_json()
     facts["build"] = (time.perf_counter() - begin) / len(points)
     rounds: dict[str, list[float]] = {}
     for number in range(ROUNDS):

@@ -88,7 +88,7 @@ def _write_member(archive: ZipFile, name: str, array: NDArray[Any] | Stacked) ->
         header = {"descr": array.dtype.str, "fortran_order": False, "shape": array.shape}
         np.lib.format.write_array_header_1_0(member, header)
         for block in array.blocks():
-            member.write(block.data)
+            member.write(np.ascontiguousarray(block).data)
 
 
 # Key of the object that represents a number which JSON does not have.

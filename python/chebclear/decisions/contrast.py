@@ -32,7 +32,7 @@ from ..study.runner import Runner
 from ..study.sources.asked import units_of
 from ..study.sources.finished import FinishedRuns
 from ..study.sources.run_table import RunTable
-from ..study.sources.scenes import MOST_RUNS
+from ..study.sources.scenes import MOST_RUNS, scene_of
 from ..study.study import Study
 from .trace import made_at
 
@@ -408,12 +408,7 @@ def _changes(first: Runner, second: Runner) -> Iterator[str]:
             one, other = (getattr(runner.settings, name) for runner in (first, second))
             if one != other and name not in ("outputs", "features"):
                 yield f"setting {name}: {one!r:.60} and {other!r:.60}"
-        plain = [
-            json.loads(
-                runner.scene({name: side.nominal for name, side in runner.intervals.items()}).to_json()
-            )
-            for runner in (first, second)
-        ]
+        plain = [json.loads(scene_of(runner, runner.nominal).to_json()) for runner in (first, second)]
         found = [f"{path}: {one} and {other}" for path, one, other in changes(plain[0], plain[1], "scene")]
         yield from found[:_MOST_NAMED]
         if len(found) > _MOST_NAMED:

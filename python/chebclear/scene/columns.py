@@ -1,6 +1,9 @@
-"""Units of the outputs of runs, and their meaning in words, by the names of their columns."""
+"""Units of the outputs of runs, their limits and their meaning in words, by the names of their columns."""
 
 from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
 
 # SI unit of a column, and its meaning in words before the name of its owner, by the last part of its name.
 _COLUMNS = {
@@ -70,6 +73,34 @@ def column_unit(name: str) -> str:
     if name.startswith("energy."):  # the only owner of that name
         return "J"
     return _COLUMNS.get(_quantity_and_sector(name.rpartition(".")[2])[0], ("", ""))[0]
+
+
+# Limits by the last part of the name of an output, which is never part of a name given by the user, and of
+# outputs of the whole mechanism; "energy" cannot be the name of a part.
+_POSITIVE = ("normal_force", "eccentricity", "impact_loss", "friction_loss", "damping_loss", "wear", "length")
+_POSITIVE_ENERGIES = ("energy.kinetic", "energy.contact")
+
+
+def physical_limits(
+    outputs: Sequence[str], clearances: Mapping[str, float]
+) -> dict[str, tuple[float, float]]:
+    """Lower and upper limit of each output by its name, in its unit; infinite where there is none.
+
+    The clearance of a joint [m] is the distance to contact of a concentric journal: no penetration is below
+    the negative of the largest one.
+    """
+    limits = {}
+    for output in outputs:
+        owner, _, quantity = output.rpartition(".")
+        lower, upper = -math.inf, math.inf
+        if quantity == "penetration":
+            lower = -clearances.get(owner, math.inf)
+        elif quantity == "contact" and owner != "energy":
+            lower, upper = 0.0, 1.0
+        elif quantity in _POSITIVE or output in _POSITIVE_ENERGIES:
+            lower = 0.0
+        limits[output] = lower, upper
+    return limits
 
 
 def _quantity_and_sector(quantity: str) -> tuple[str, str]:

@@ -51,6 +51,10 @@ class Structure:
         }
         """Index of the clearance of each joint with clearance, by name."""
 
+    def clearances_in(self, numbers: bytes) -> dict[str, float]:
+        """Clearance of each joint with clearance in a scene with these numbers [m]."""
+        return {name: struct.unpack_from("d", numbers, 8 * k)[0] for name, k in self.clearances.items()}
+
     def index(self, path: Path) -> int:
         """Index of the number that stands at a path, such as ``("bodies", 0, "mass")``."""
         found: Any = self._plain
@@ -101,13 +105,6 @@ class Structures:
 def unpacked(numbers: bytes) -> tuple[float, ...]:
     """Numbers of a scene from what the core takes."""
     return struct.unpack(f"{len(numbers) // 8}d", numbers)
-
-
-def number_at(index: int, numbers: bytes) -> float:
-    """One of them."""
-    (number,) = struct.unpack_from("d", numbers, 8 * index)
-    assert isinstance(number, float)
-    return number
 
 
 def _numbered(value: Any, count: Iterator[int]) -> Any:

@@ -11,21 +11,23 @@ import numpy as np
 
 from ..base.arguments import Checks
 from ..errors import ArgumentError
-from ..execution.failures import count_failed
+from ..execution.failures import FAILED, STOPPED, count_failed, failure_notices
+from ..execution.pieces import NOT_BEGUN
 from ..notices import Notice
-from .band.limits import largest_clearances, physical_limits
-from .band.notices import doubts, early_widths, remarks, told_holes
-from .band.requirement import LEAST_RUNS, Requirement
+from ..scene.columns import physical_limits
+from .band.gridded import Grid
+from .band.notices import SETTLING, UNDERSAMPLED, doubts, early_widths, remarks, told_holes
+from .band.requirement import LEAST_RUNS, Requirement, band_usage
 from .band.worst import WorstCase, predicted_extremes
 from .by_angle import cut, unpredictable
 from .features.features import feature_table
 from .polynomials.holes import fit_holes
 from .polynomials.points import in_box, on_cube
-from .polynomials.surrogate import BoundKind
-from .results import StudyResult
-from .runner import Runner
+from .results import StudyResult, checked_results
+from .runner import Design, Runner
 from .sources.finished import FinishedRuns
 from .sources.run_table import RunTable
+from .sources.scenes import MOST_RUNS
 
 # Largest difference of parameters of runs at one point, over half the interval.
 _SAME_POINT = 1e-9
@@ -33,36 +35,32 @@ _SAME_POINT = 1e-9
 _SAME_VALUES = 1e-6
 
 
-def of_grid(
-    runner: Runner,
-    counts: tuple[int, ...],
-    degrees: tuple[int, ...] | None,
-    bounds: BoundKind,
-    kind: str | None,
-    random: bool,
-    runs: RunTable,
-) -> StudyResult:
-    """The result of runs on a grid of so many points, then of others that check its polynomials."""
+def result_of(runner: Runner, design: Design, runs: RunTable) -> StudyResult:
+    """The result of a design from its runs."""
+    if isinstance(design.asked, Grid):
+        return _of_grid(runner, design.asked, runs)
+    return _of_band(runner, design.asked, design.others, runs)
+
+
+def _of_grid(runner: Runner, grid: Grid, runs: RunTable) -> StudyResult:
+    """The result of runs on a grid, then of others that check its polynomials."""
     found = StudyResult.from_runs(
         runs,
         runner.intervals,
-        degrees=degrees,
-        nodes=counts,
-        bounds=bounds,
+        grid,
         threads=runner.execution.threads,
-        kind=kind,
-        features=feature_table(runner, runs, random, count_failed(runs.failures)),
+        features=feature_table(runner, runs, grid.random, count_failed(runs.failures)),
         units=runner.units,
     )
     # A result that is read from a file already has these notices.
     messages = [*doubts(found.bands), *early_widths(found.bands, found.scene)]
-    lost = [one.index for one in runs.failures if one.index < math.prod(counts)]
-    if degrees is not None and lost:
-        messages += told_holes(fit_holes(counts, degrees, lost))
+    lost = [one.index for one in runs.failures if one.index < math.prod(grid.nodes)]
+    if grid.degrees is not None and lost:
+        messages += told_holes(fit_holes(grid.nodes, grid.degrees, lost))
     return replace(found, notices=(*found.notices, *messages))
 
 
-def of_band(
+def _of_band(
     runner: Runner, requirement: Requirement, others: Sequence[StudyResult], made: RunTable
 ) -> StudyResult:
     """The result of `Study.band` from its new runs and those of others."""
@@ -80,14 +78,13 @@ def of_band(
         )
     limits = dict.fromkeys(runs.outputs, (-math.inf, math.inf))
     if runs.scene is not None:
-        largest = largest_clearances(runner.scene, runner.intervals, runs.scene, runs.clearances)
-        limits = physical_limits(runs.outputs, largest)
+        limits = physical_limits(runs.outputs, runs.clearances)
     requirement = replace(requirement, runs=count, failed=count_failed(runs.failures), limits=limits)
     messages = [] if turns is not None else unpredictable(runs)
-    return joined(runner, requirement, runs, None, others, [*runs.notices, *messages])
+    return _joined(runner, requirement, runs, None, others, [*runs.notices, *messages])
 
 
-def joined(
+def _joined(
     runner: Runner,
     requirement: Requirement,
     runs: RunTable,
@@ -109,7 +106,7 @@ def joined(
     result = StudyResult.from_runs(
         runs,
         runner.intervals,
-        requirement=requirement,
+        requirement,
         threads=runner.execution.threads,
         features=feature_table(runner, runs, random, requirement.failed),
         units=runner.units,
@@ -117,6 +114,49 @@ def joined(
     # Shortcomings of the bands are known only now.
     messages = [*remarks(result.bands, requirement), *early_widths(result.bands, result.scene)]
     return replace(result, notices=(*notices, *messages))
+
+
+def extended(
+    runner: Runner, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult]
+) -> StudyResult:
+    """The result of `StudyResult.extend` without shares."""
+    checks = Checks()
+    checks.whole("runs", runs, least=0, most=MOST_RUNS)
+    others = checked_results(checks, include)
+    requirement = result.requirement
+    if requirement is None:
+        checks.add("result", f"must be one of Study.band to be extended, this is one of Study.{result.kind}")
+    elif requirement.finished:
+        checks.add(
+            "result", "is one of a table of finished runs, which has no further ones: make a new table"
+        )
+    checks.finish()
+    assert requirement is not None, "the checks let no other result pass"
+    old = result.run_table(result.outputs)
+    count, messages = len(old.parameters), _lasting(result.notices)
+    scored, kept, nominal = old[: requirement.runs], old[requirement.runs : count], old[count:]
+    begun = requirement.runs + requirement.failed
+    # Runs that time was short for are made now.
+    failures = tuple(one for one in result.failures if one.reason != NOT_BEGUN or one.index >= begun + runs)
+    seconds = result.seconds
+    if runs > 0:
+        points = requirement.points(runner, begun, runs)
+        new = runner.made(points, result.settings, midpoint=False, usage=band_usage(*points.shape))
+        new = new if requirement.revolutions is None else cut(new, requirement.revolutions)
+        seconds += new.seconds
+        scored = scored.joined([new])
+        messages += _lasting(new.notices)
+        failures += tuple(replace(one, index=one.index + begun) for one in new.failures)
+    good = len(scored.parameters)
+    requirement = replace(requirement, runs=good, failed=count_failed(failures))
+    made = replace(scored.joined([nominal]), seconds=seconds, failures=failures)
+    messages += failure_notices(failures, good + len(failures) + 1)
+    return _joined(runner, requirement, made, kept if len(kept.kept) else None, others, messages)
+
+
+def _lasting(notices: Sequence[Notice]) -> list[Notice]:
+    """Notices without those that count the runs so far."""
+    return [one for one in notices if one.code not in (UNDERSAMPLED, SETTLING, FAILED, STOPPED)]
 
 
 def simulated_extremes(runner: Runner, result: StudyResult) -> tuple[WorstCase, ...]:

@@ -16,13 +16,14 @@ from ..run.settings import LEAST_RTOL, MOST_SAMPLES, Settings
 from ..run.signals.resampling import interpolated, refined
 from ..run.simulation import run_scene
 from ..run.tracking import settling_time
+from ..scene.columns import physical_limits
 from ..scene.motions import Speed
 from ..scene.parts import Revolute
 from ..scene.scene import Scene
-from .band.limits import physical_limits
 from .band.revolutions import Revolutions
 from .runner import Runner
 from .sources.run_table import RunTable
+from .sources.scenes import scene_of
 
 # Integrals over time, which grow from revolution to revolution.
 _SUMS = ("impact_loss", "friction_loss", "damping_loss", "wear", "input", "balance")
@@ -41,28 +42,30 @@ _PREDICTABLE = 2.5
 _LOOK = 2001
 
 
+def check_turns(checks: Checks, settings: Settings | None, revolutions: object, discard: object) -> None:
+    """Check that a study has revolutions, and some that are not discarded."""
+    if settings is None:
+        checks.add("revolutions", "need scenes: runs of other models have no drive")
+    turns = checks.whole("revolutions", revolutions, least=1)
+    skipped = checks.whole("discard", discard, least=0)
+    if turns <= skipped:
+        checks.add("revolutions", f"must be > discard, got {revolutions} and {discard}")
+
+
 def turning(
-    study: Runner, settings: Settings | None, revolutions: int, discard: int, joint: str | None
+    study: Runner, settings: Settings, revolutions: int, discard: int, joint: str | None
 ) -> tuple[Settings, Revolutions]:
     """Settings with which samples can be taken at the same crank angles in every revolution.
 
     The `samples` of the study are those of a revolution; a drive at constant speed needs neither `skip` nor
     `duration`. The joint is that whose angle is the crank angle, of the only drive at constant speed if None.
     """
-    checks = Checks()
-    if settings is None:
-        raise ArgumentError("a band by crank angle needs scenes: runs of other models have no drive")
-    checks.whole("revolutions", revolutions, least=1)
-    checks.whole("discard", discard, least=0)
-    checks.finish()
-    if revolutions <= discard:
-        checks.add("revolutions", f"must be > discard, got {revolutions} and {discard}")
-    nominal = study.nominal
-    scene = study.scene(nominal)
+    checks, nominal = Checks(), study.nominal
+    scene = scene_of(study, nominal)
     crank = crank_of(checks, scene, joint)
     checks.finish()
     ends = [
-        study.scene({**nominal, name: end})
+        scene_of(study, {**nominal, name: end})
         for name, side in study.intervals.items()
         for end in (side.lower, side.upper)
     ]
@@ -132,7 +135,7 @@ def unpredictable(runs: RunTable) -> tuple[Notice, ...]:
     differ by more than a tenth of the spread of all runs over the box, a run is no longer determined by its
     parameters.
     """
-    settings, period = runs.settings, settling_time(runs.scenes[-1]) if runs.scenes else -math.inf
+    settings, period = runs.settings, -math.inf if runs.scene is None else settling_time(runs.scene)
     if settings is None or period < 0.0 or runs.t[-1] < _PREDICTABLE * period:
         return ()
     tighter = max(0.1 * settings.rtol, LEAST_RTOL)
@@ -173,7 +176,8 @@ def cut(runs: RunTable, revolutions: Revolutions) -> RunTable:
             "features instead, such as the wear of each cycle"
         )
     if revolutions.column is None:
-        drive = drives_of(runs.scenes[-1])[revolutions.joint]
+        assert runs.scene is not None, "only scenes have revolutions"
+        drive = drives_of(runs.scene)[revolutions.joint]
         if not all(_same(drive, scene) for scene in runs.scenes):
             raise ArgumentError(
                 f'the speed of "{revolutions.joint}" differs inside the box, but not at the ends of its '

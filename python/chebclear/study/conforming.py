@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -23,19 +23,20 @@ from ..run.settings import Settings
 from ..run.signals.resampling import at_angle
 from ..scene.columns import column_unit
 from ..scene.distributions import Uniform
-from . import designs
+from . import answers
+from .answers import result_of
+from .band.gridded import Grid
 from .by_angle import LEAST_STEPS, crank_of, drives_of
-from .designs import Design, carried_out
 from .requirements.conformance import Conformance, Share, share_of
 from .requirements.draws import check_drawn, drawn, places
 from .requirements.exact import looks
 from .requirements.specification import ALL, Specification, checked_specifications
 from .results import StudyResult
-from .runner import Runner
+from .runner import Design, Runner
 from .sources.asked import FeatureSpec, outputs_of, tracked_features, units_of
 from .sources.finished import FinishedRuns
 from .sources.run_table import RunTable
-from .sources.scenes import MOST_RUNS
+from .sources.scenes import MOST_RUNS, scene_of
 from .spec import declared_order
 
 if TYPE_CHECKING:
@@ -212,22 +213,28 @@ def shares_of(
     return Conformance(shares, parameters, tuple(runner.parameters), seed, tuple(notices.values()))
 
 
-def answered(runner: Runner, make: Callable[..., Design], *how: Any, own: bool) -> StudyResult:
-    """The result of the design ``make(runner, *how)``, with the shares of the requirements of the study.
+def answered(runner: Runner, design: Design) -> StudyResult:
+    """The result of a design, with the shares of the requirements of the study; issues no warnings.
 
-    They are those of its runs if these are draws from the distributions, which the method may draw if they
-    are its `own`; else of as many other mechanisms.
+    The shares are those of its runs if these are draws from the distributions, else of as many others.
     """
+    asked, shares = design.asked, None
+    own = asked.kind == "sample" if isinstance(asked, Grid) else asked.revolutions is None
     # Independent points of the box are draws from uniform distributions; an instant is among all samples.
-    uniform = all(isinstance(one, Uniform) for one in runner.parameters.values())
-    own = own and uniform and all(one.at is None for one in runner.requirements.values())
-    following = _following(runner) if own else runner
-    design = make(following, *how)
-    if own and design.independent:
-        result = carried_out(following, design)
-        return _with(result, _of_runs(runner, result))
-    shares = _of_others(runner, design.settings, len(design.points), design.seed)
-    return _with(carried_out(following, design), shares)
+    own = own and all(isinstance(one, Uniform) for one in runner.parameters.values())
+    own = own and bool(runner.requirements) and all(one.at is None for one in runner.requirements.values())
+    if own:
+        runner = _following(runner)
+        if design.settings is not None and runner.settings is not None:
+            design = replace(design, settings=replace(design.settings, features=runner.settings.features))
+    own = own and design.independent
+    if runner.requirements and not own:
+        shares = _of_others(runner, design.settings, len(design.points), asked.seed or 0)
+    runs = runner.made(design.points, design.settings, usage=design.usage)
+    result = result_of(runner, design, runs)
+    if own:
+        shares = _of_runs(runner, result)
+    return result if shares is None else _with(result, shares)
 
 
 def extended(
@@ -235,7 +242,7 @@ def extended(
 ) -> StudyResult:
     """The result of `StudyResult.extend` with the shares of all runs."""
     own = result.conformance is not None and result.conformance.seed is None
-    more = designs.extended(_following(runner) if own else runner, result, runs, include)
+    more = answers.extended(_following(runner) if own else runner, result, runs, include)
     requirement = more.requirement
     assert requirement is not None, "only results of band can be extended"
     if own and len(more.parameters) == requirement.runs:  # without included ones
@@ -298,7 +305,7 @@ def watching_for(runner: Runner, asked: Mapping[str, Specification]) -> tuple[Ru
     settings = runner.settings
     columns: list[str] = []
     if settings is not None:
-        nominal_scene = runner.scene(runner.nominal)
+        nominal_scene = scene_of(runner, runner.nominal)
         facts = nominal_scene.check()
         columns = [*facts.columns, *facts.further_columns]
     watched: dict[str, Watched] = {}

@@ -1,4 +1,4 @@
-"""Where a study simulates and what that costs: the points of each method, and the time of their runs."""
+"""Where a study simulates and what that costs: checked arguments, points, and the time of their runs."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ import math
 import os
 import time
 import warnings
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.random import Generator
@@ -19,21 +18,18 @@ from ..base.rows import Array
 from ..errors import ArgumentError
 from ..execution.counts import Costs
 from ..execution.dispatch import worker_count
-from ..execution.failures import FAILED, STOPPED, count_failed, failure_notices
 from ..execution.memory import Usage, study_memory
-from ..execution.pieces import NOT_BEGUN
 from ..execution.plan import Plan, seconds_of
-from ..notices import Notice
 from ..run.memory import room, taken
 from ..run.settings import Settings, checked_settings
-from .answers import joined, of_band, of_grid
-from .band.notices import SETTLING, UNDERSAMPLED
+from .answers import result_of
+from .band.gridded import Grid
 from .band.requirement import LEAST_RUNS, Requirement, band_usage, exact_runs
-from .by_angle import cut, turning
+from .by_angle import check_turns, turning
 from .polynomials.points import between_nodes, uniform_points
 from .polynomials.surrogate import MOST_RANGE_DEGREE, BoundKind, chebyshev_grid, tensor_grid
-from .results import StudyResult
-from .runner import Runner
+from .results import StudyResult, checked_results
+from .runner import Design, Runner
 from .sources.finished import FinishedRuns
 from .sources.run_table import RunTable
 from .sources.scenes import MOST_NODES, MOST_RUNS
@@ -52,29 +48,6 @@ _PROBES, _PROBES_OF_WORKER = 12, 4
 _MORE, _ENOUGH, _PART = 4, 0.5, 4
 # Samples of which polynomials are fitted for a plan, at first and then.
 _FITTED = 8, 32
-
-
-@dataclass(frozen=True, eq=False)
-class Design:
-    """The runs that a method of a study asks for."""
-
-    points: Array
-    """Parameters of the runs [SI units], shape (runs, parameters); the nominal run comes besides."""
-    settings: Settings | None
-    """Settings of the runs; None if they are not simulated."""
-    usage: Usage
-    """What the result takes besides the samples."""
-    result: Callable[[RunTable], StudyResult]
-    """Makes the result of the runs."""
-    independent: bool = False
-    """Whether the points are independent and uniform in the box."""
-    seed: int = 0
-    """Seed of the points."""
-
-
-def carried_out(runner: Runner, design: Design) -> StudyResult:
-    """The result of a design; issues no warnings."""
-    return design.result(runner.made(design.points, design.settings, usage=design.usage))
 
 
 def band(
@@ -105,16 +78,20 @@ def band(
     elif rtol is not None:
         checked_settings(checks, {"rtol": rtol})
     seed = checks.seed("rng", rng)
+    skipped = 1 if discard is None else discard
+    if revolutions is not None:
+        check_turns(checks, runner.settings, revolutions, skipped)
     for name, value in {"discard": discard, "angle": angle}.items():
         if revolutions is None and value is not None:
             checks.add(name, f"is for bands by crank angle: give revolutions too, got {value!r}")
     others = checked_results(checks, include)
     checks.finish()
-    settings, needed = runner.run_settings(rtol, BAND_RTOL), exact_runs(coverage, confidence)
+    settings, needed = runner.settings, exact_runs(coverage, confidence)
+    if settings is not None and not (rtol is None and runner.rtol_given):
+        settings = replace(settings, rtol=BAND_RTOL if rtol is None else float(rtol))
     requirement = Requirement(float(coverage), 0, seed, {}, confidence=confidence)
-    if revolutions is not None:
-        first = 1 if discard is None else discard
-        settings, turns = turning(runner, settings, revolutions, first, angle)
+    if revolutions is not None and settings is not None:
+        settings, turns = turning(runner, settings, revolutions, skipped, angle)
         requirement = replace(requirement, revolutions=turns)
     if isinstance(runner.model, FinishedRuns):
         points = runner.model.first(runs, LEAST_RUNS)
@@ -135,23 +112,22 @@ def band(
             raise ArgumentError(f"runs must be <= max_runs = {most}, got {count}: take fewer")
         requirement = replace(requirement, independent=count >= needed)
         usage = band_usage(count, len(runner.parameters))
-        points = runner.band_points(requirement, 0, count)
+        points = requirement.points(runner, 0, count)
     if confidence is not None and len(points) < needed:
         raise ArgumentError(
             f"a coverage of {coverage!r} with a confidence of {confidence!r} takes {needed} independent "
             f"runs, got {len(points)}: ask for less, or for more runs"
         )
-    alone = requirement.independent and not others
-    result = partial(of_band, runner, requirement, others)
-    return Design(points, settings, usage, result, alone, seed)
+    return Design(points, settings, usage, requirement, others)
 
 
 def spread_evenly(runner: Runner, runs: int, coverage: float, seed: int) -> Design:
     """The design of a band by so many runs at Sobol' points, however many."""
     requirement = Requirement(coverage, runs, seed, {})
-    points = runner.band_points(requirement, 0, runs)
-    settings, usage = runner.run_settings(None, BAND_RTOL), band_usage(*points.shape)
-    return Design(points, settings, usage, partial(of_band, runner, requirement, []))
+    points, settings = requirement.points(runner, 0, runs), runner.settings
+    if settings is not None and not runner.rtol_given:
+        settings = replace(settings, rtol=BAND_RTOL)
+    return Design(points, settings, band_usage(*points.shape), requirement)
 
 
 def _affordable_runs(
@@ -164,7 +140,7 @@ def _affordable_runs(
 ) -> int:
     """As many runs as are needed for the exact statement, or as time and memory allow; 81 at least."""
     count = min(needed, most)
-    points = runner.band_points(replace(requirement, independent=True), 0, count)
+    points = replace(requirement, independent=True).points(runner, 0, count)
     try:
         # One for each worker at first: a single run may take longer than that.
         runs, _, measured = _timed(runner, points, settings, None, _TIMED * limit, (1, 1))
@@ -182,58 +158,6 @@ def _affordable_runs(
     while fits(2 * count):
         count *= 2
     return needed if fits(needed) else min(count, most)
-
-
-def extended(
-    runner: Runner, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult]
-) -> StudyResult:
-    """The result of `StudyResult.extend`; see there."""
-    checks = Checks()
-    checks.whole("runs", runs, least=0, most=MOST_RUNS)
-    others = checked_results(checks, include)
-    requirement = result.requirement
-    if requirement is None:
-        checks.add("result", f"must be one of Study.band to be extended, this is one of Study.{result.kind}")
-    elif requirement.finished:
-        checks.add(
-            "result", "is one of a table of finished runs, which has no further ones: make a new table"
-        )
-    checks.finish()
-    assert requirement is not None, "the checks let no other result pass"
-    old = result.run_table(result.outputs)
-    count, messages = len(old.parameters), _lasting(result.notices)
-    scored, kept, nominal = old[: requirement.runs], old[requirement.runs : count], old[count:]
-    begun = requirement.runs + requirement.failed
-    # Runs that time was short for are made now.
-    failures = tuple(one for one in result.failures if one.reason != NOT_BEGUN or one.index >= begun + runs)
-    seconds = result.seconds
-    if runs > 0:
-        points = runner.band_points(requirement, begun, runs)
-        new = runner.made(points, result.settings, midpoint=False, usage=band_usage(*points.shape))
-        new = new if requirement.revolutions is None else cut(new, requirement.revolutions)
-        seconds += new.seconds
-        scored = scored.joined([new])
-        messages += _lasting(new.notices)
-        failures += tuple(replace(one, index=one.index + begun) for one in new.failures)
-    good = len(scored.parameters)
-    requirement = replace(requirement, runs=good, failed=count_failed(failures))
-    made = replace(scored.joined([nominal]), seconds=seconds, failures=failures)
-    messages += failure_notices(failures, good + len(failures) + 1)
-    return joined(runner, requirement, made, kept if len(kept.kept) else None, others, messages)
-
-
-def _lasting(notices: Sequence[Notice]) -> list[Notice]:
-    """Notices without those that count the runs so far."""
-    return [one for one in notices if one.code not in (UNDERSAMPLED, SETTLING, FAILED, STOPPED)]
-
-
-def checked_results(checks: Checks, include: object) -> list[StudyResult]:
-    """The results whose runs are to be included."""
-    given = [include] if isinstance(include, StudyResult) else include
-    if not isinstance(given, Sequence) or not all(isinstance(one, StudyResult) for one in given):
-        checks.add("include", f"must be results of studies, got {include!r}", wrong_type=True)
-        return []
-    return list(given)
 
 
 def chebyshev(
@@ -286,17 +210,13 @@ def sample(runner: Runner, runs: int, rng: int | Generator | None) -> Design:
     count = checks.whole("runs", runs, least=2, most=MOST_RUNS)
     start = checks.seed("rng", rng)
     checks.finish()
-    if isinstance(runner.model, FinishedRuns):
-        points, independent, kept = runner.model.points, runner.model.independent, None
+    table = runner.model if isinstance(runner.model, FinishedRuns) else None
+    if table is not None:
+        points, asked = table.points, Grid("sample", (len(table.points),), random=table.independent)
     else:
-        points, independent, kept = runner.drawn(lambda box: uniform_points(box, count, start)), True, start
-    design = on_grid(runner, points, (len(points),), random=independent, kind="sample")
-    return replace(
-        design,
-        result=lambda made: replace(design.result(made), seed=kept),
-        independent=independent,
-        seed=start,
-    )
+        points = runner.drawn(lambda box: uniform_points(box, count, start))
+        asked = Grid("sample", (count,), random=True, seed=start)
+    return Design(points, runner.settings, Usage(), asked)
 
 
 def on_grid(
@@ -305,22 +225,12 @@ def on_grid(
     counts: tuple[int, ...],
     degrees: tuple[int, ...] | None = None,
     bounds: BoundKind = "range",
-    *,
-    random: bool = False,
-    kind: str | None = None,
 ) -> Design:
-    """Runs on a grid of so many nodes or points of each parameter, then others that check the polynomials.
-
-    Without degrees their extremes are the bounds. The points may be spread at `random` over the box; the
-    `kind` of the result is ``"chebyshev"`` or ``"scan"`` by the degrees if it is not given.
-    """
+    """Runs on a grid of so many nodes or points of each parameter, then others that check the polynomials;
+    without degrees their extremes are the bounds."""
     terms = math.prod(degree + 1 for degree in degrees) if degrees is not None else 0
-    return Design(
-        points,
-        runner.settings,
-        Usage(terms=terms),
-        partial(of_grid, runner, counts, degrees, bounds, kind, random),
-    )
+    grid = Grid("scan" if degrees is None else "chebyshev", counts, degrees, bounds)
+    return Design(points, runner.settings, Usage(terms=terms), grid)
 
 
 def plan_of(runner: Runner, design: Design, probes: int | None) -> Plan:
@@ -333,7 +243,7 @@ def plan_of(runner: Runner, design: Design, probes: int | None) -> Plan:
     features = 0 if runs.features is None else math.prod(runs.features.shape[1:])
     seconds = seconds_of(measured, count)
     if design.usage.terms and runs.outputs:
-        seconds += _fit_seconds(design, replace(runs, kept=rows[runs.kept]))
+        seconds += _fit_seconds(runner, design, replace(runs, kept=rows[runs.kept]))
     return Plan(
         count,
         seconds,
@@ -377,7 +287,7 @@ def _timed(
         count = min(most, _MORE * count)
 
 
-def _fit_seconds(design: Design, runs: RunTable) -> float:
+def _fit_seconds(runner: Runner, design: Design, runs: RunTable) -> float:
     """Time of the polynomials of a study [s], on the line through the times of a few samples and of more.
 
     The values are those of planes through the runs that were made: they are fitted in the time of any others,
@@ -404,7 +314,7 @@ def _fit_seconds(design: Design, runs: RunTable) -> float:
         begin = time.perf_counter()
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            design.result(all_runs)
+            result_of(runner, design, all_runs)
         took.append((len(at), time.perf_counter() - begin))
     (few, short), (many, long) = took
     each = max(0.0, long - short) / max(1, many - few)

@@ -32,7 +32,7 @@ from ..scene.columns import column_unit
 from ..scene.scene import Interval, Scene
 from .band.band import Band
 from .band.calibrated import calibrated_bands
-from .band.gridded import grid_bands
+from .band.gridded import Grid, grid_bands
 from .band.requirement import LEAST_RUNS, Requirement, statement
 from .band.worst import WorstCase
 from .features.features import NO_FEATURES, FeatureResult, FeatureTable
@@ -49,12 +49,10 @@ from .spec import StudySpec
 
 # Fields that are those of the table of the runs.
 _OF_RUNS = ("stats", "notices", "settings", "scene", "nominal_parameters", "failures", "seconds")
+# Fields that are those of the grid.
+_OF_GRID = ("kind", "degrees", "nodes", "bounds", "seed")
 # Fields that a file has as they are; bands are made again of the runs.
-_SAVED = (
-    *_OF_RUNS[1:],
-    *("kind", "degrees", "nodes", "bounds", "requirement", "features", "worst_cases", "units", "seed"),
-    "conformance",
-)
+_SAVED = (*_OF_RUNS[1:], *_OF_GRID, "requirement", "features", "worst_cases", "units", "conformance")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -321,31 +319,26 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
         cls,
         runs: RunTable,
         intervals: dict[str, Interval],
+        asked: Requirement | Grid,
         *,
-        degrees: tuple[int, ...] | None = None,
-        nodes: tuple[int, ...] = (),
-        bounds: BoundKind = "range",
-        kind: str | None = None,
-        requirement: Requirement | None = None,
         threads: int | None = None,
         units: Mapping[str, str],
         **facts: Any,
     ) -> Self:
-        """The result of a table of runs, the nominal one last: of a calibrated study if there is a
-        requirement, else of a grid with these nodes, with polynomials if there are degrees. `facts` are other
-        fields."""
-        if requirement is not None:
-            bands, kind = calibrated_bands(runs, intervals, requirement, threads), "band"
+        """The result of a table of runs, the nominal one last; `facts` are other fields."""
+        grid = asked if isinstance(asked, Grid) else Grid("band", ())
+        if isinstance(asked, Requirement):
+            bands = calibrated_bands(runs, intervals, asked, threads)
+            facts["requirement"] = asked
         else:
-            bands = grid_bands(runs, intervals, degrees, nodes, bounds, threads)
+            bands = grid_bands(runs, intervals, asked, threads)
         known = {name: units[name] for name in intervals if name in units}
         for name, band in bands.items():
             unit_of = units.get(name, "") if runs.scene is None else column_unit(name)
             bands[name] = dataclasses.replace(band, unit=unit_of, parameter_units=known)
         facts |= {name: getattr(runs, name) for name in _OF_RUNS}
-        facts |= {"degrees": degrees, "nodes": nodes, "bounds": bounds, "requirement": requirement}
-        kind = kind or ("scan" if degrees is None else "chebyshev")
-        return cls(kind=kind, bands=bands, units=dict(units), **facts)
+        facts |= {name: getattr(grid, name) for name in _OF_GRID}
+        return cls(bands=bands, units=dict(units), **facts)
 
     def run_table(self, outputs: Sequence[str]) -> RunTable:
         """The runs with some of the outputs, the nominal one last."""
@@ -416,7 +409,17 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
             **{name: known.pop(name) for name in _OF_RUNS if name != "stats"},
         )
         intervals = records.restored(dict[str, Interval], facts["intervals"], arrays)
-        found = cls.from_runs(runs, intervals, **known)
+        grid = Grid(**{name: known.pop(name) for name in _OF_GRID})
+        found = cls.from_runs(runs, intervals, known.pop("requirement") or grid, **known)
         if not found.bands and not found.features:
             raise ValueError("it has neither outputs nor features")
         return records.sound(found)
+
+
+def checked_results(checks: Checks, include: object) -> list[StudyResult]:
+    """The results whose runs are to be included."""
+    given = [include] if isinstance(include, StudyResult) else include
+    if not isinstance(given, Sequence) or not all(isinstance(one, StudyResult) for one in given):
+        checks.add("include", f"must be results of studies, got {include!r}", wrong_type=True)
+        return []
+    return list(given)

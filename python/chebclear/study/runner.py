@@ -1,24 +1,22 @@
-"""What a study asks for with the means of making its runs: the one place where sources are told apart."""
+"""What a study and its methods ask for, and the means of making runs, which alone tell sources apart."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..base.arguments import Checks
 from ..base.progress import Progress, is_request, reporter
 from ..base.rows import Array
-from ..errors import ArgumentError
 from ..execution.memory import SAMPLES_ALONE, Usage
 from ..execution.options import ExecutionOptions
 from ..run.settings import RunOptions, Settings, checked_names, checked_settings, revolution_of
 from ..scene.distributions import Distribution
 from ..scene.scene import Interval, Scene
-from .band.requirement import Requirement, exact_runs
-from .polynomials.points import random_points, sobol_points
+from .band.gridded import Grid
+from .band.requirement import Requirement
 from .requirements.draws import check_drawn
 from .requirements.specification import Specification, checked_specifications
 from .sources.asked import (
@@ -41,8 +39,30 @@ from .spec import (
     returns_a_scene,
 )
 
-MOST_PARAMETERS = 32
-"""Parameters for which there are Sobol' points [-]."""
+if TYPE_CHECKING:
+    from .results import StudyResult
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """The runs that a method of a study asks for."""
+
+    points: Array
+    """Parameters of the runs [SI units], shape (runs, parameters); the nominal run comes besides."""
+    settings: Settings | None
+    """Settings of the runs; None if they are not simulated."""
+    usage: Usage
+    """What the result takes besides the samples."""
+    asked: Requirement | Grid
+    """What is made of the runs."""
+    others: Sequence[StudyResult] = ()
+    """Results whose runs are included in bands."""
+
+    @property
+    def independent(self) -> bool:
+        """Whether all runs are independent and uniform in the box."""
+        own = self.asked.random if isinstance(self.asked, Grid) else self.asked.independent
+        return own and not self.others
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -66,27 +86,6 @@ class Runner(StudySpec):
         asked = {item.name: getattr(self, item.name) for item in fields(StudySpec)}
         asked["units"] = {name: given for name, given in self.units.items() if own.get(name) != given}
         return StudySpec(**asked)
-
-    def band_points(self, requirement: Requirement, first: int, count: int) -> Array:
-        """Points of a band from a number on: independent ones, or of a sequence that fills the box evenly."""
-        draw = random_points if requirement.independent else sobol_points
-        if not requirement.independent and len(self.parameters) > MOST_PARAMETERS:
-            raise ArgumentError(
-                f"a band by runs at evenly spread points takes at most {MOST_PARAMETERS} parameters, the "
-                f"study has {len(self.parameters)}: give those that matter least as fixed, or ask for "
-                f"{exact_runs(requirement.coverage)} runs, whose points are independent"
-            )
-        return self.drawn(partial(draw, first=first, count=count, seed=requirement.seed))
-
-    def run_settings(self, rtol: float | None, default: float) -> Settings | None:
-        """Settings of the runs of a method with a default tolerance of its own; None without simulations.
-
-        The tolerance is that given to the method, else that given to the study, as a keyword, in its settings
-        or in its scene file, else the default.
-        """
-        if self.settings is None or (rtol is None and self.rtol_given):
-            return self.settings
-        return replace(self.settings, rtol=default if rtol is None else float(rtol))
 
     def made(
         self,

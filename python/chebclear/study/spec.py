@@ -21,8 +21,7 @@ from ..base.named import ReadOnlyDict
 from ..base.rows import Array
 from ..base.shown import in_a_sentence
 from ..base.units import unit
-from ..errors import ArgumentError, ArgumentTypeError, Problem, SceneError, describe
-from ..execution.failures import located
+from ..errors import ArgumentError, Problem, SceneError
 from ..execution.options import OnFailure
 from ..run.features import Feature
 from ..run.settings import RunOptions, Settings
@@ -103,24 +102,6 @@ class StudySpec:
         if names == list(self.intervals):
             return points
         return np.ascontiguousarray(points[:, [names.index(name) for name in self.intervals]])
-
-    def scene(self, parameters: dict[str, float]) -> Scene:
-        """The scene at these values of the parameters [SI units]; errors name them."""
-        try:
-            scene = self.build(**parameters, **self.fixed)
-        except SceneError as error:
-            raise SceneError(located(parameters, error.problems)) from error
-        except Exception as error:
-            error.add_note(f"in build with {describe(parameters)}")
-            raise
-        if isinstance(scene, Scene):
-            return scene
-        if isinstance(scene, Mapping):
-            raise ArgumentTypeError(
-                "build returned a mapping instead of a Scene: a model of your own has its own time axis, so "
-                "leave out duration, samples and all other settings of a simulation"
-            )
-        raise ArgumentTypeError(f"build must return a Scene, got {scene!r} for {describe(parameters)}")
 
     @property
     def mechanism(self) -> str | None:

@@ -25,19 +25,15 @@ from . import designs
 from .answers import simulated_extremes
 from .band.worst import WorstCase
 from .conforming import answered, extended
-from .designs import Design, carried_out, plan_of
 from .function import StudyFunction, function_of
 from .polynomials.surrogate import BoundKind
 from .requirements.specification import Specification
 from .results import StudyResult
-from .runner import checked_runner
+from .runner import Design, checked_runner
 from .sources.asked import FeatureSpec
 from .sources.finished import FinishedRuns, finished_runs
 from .spec import MAX_RUNS
 from .sweep import Sweep, sweep_of
-
-_DESIGNS: dict[str, Callable[..., Design]]
-_DESIGNS = {name: getattr(designs, name) for name in ("band", "chebyshev", "scan", "sample")}
 
 
 @with_settings(RunOptions)
@@ -154,6 +150,7 @@ class Study:
         )
         what = build, parameters, outputs, settings, fixed, features, units, version, requirements
         self.runner = checked_runner(*what, options, progress, execution)
+        self._spec = self.runner.spec
 
     @property
     def intervals(self) -> dict[str, Interval]:
@@ -207,7 +204,8 @@ class Study:
         ValueError, TypeError
             If an argument is wrong; all problems are listed.
         """
-        return self._made(designs.chebyshev, degree, nodes, bounds, max_runs)
+        design = designs.chebyshev(self.runner, degree, nodes, bounds, max_runs)
+        return self._issued(answered(self.runner, design))
 
     def scan(self, points: int | Mapping[str, int] = 10, *, max_runs: int = MAX_RUNS) -> StudyResult:
         """Brute force: simulate on equally spaced points; the bounds are the extremes of the runs.
@@ -226,7 +224,7 @@ class Study:
         StudyResult
             Its bands are inner bounds and have no polynomial. Errors are those of `chebyshev`.
         """
-        return self._made(designs.scan, points, max_runs)
+        return self._issued(answered(self.runner, designs.scan(self.runner, points, max_runs)))
 
     def band(
         self,
@@ -298,7 +296,8 @@ class Study:
             of `chebyshev`.
         """
         how = seconds, confidence, rtol, rng, include, max_runs, revolutions, discard, angle
-        return self._made(designs.band, runs, coverage, *how, own=revolutions is None)
+        design = designs.band(self.runner, runs, coverage, *how)
+        return self._issued(answered(self.runner, design))
 
     def extended(
         self, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult] = ()
@@ -318,7 +317,7 @@ class Study:
         rng : int, numpy.random.Generator or None
             As of `band`.
         """
-        return self._made(designs.sample, runs, rng, own=True)
+        return self._issued(answered(self.runner, designs.sample(self.runner, runs, rng)))
 
     def function(self, features: str | Sequence[str] | None = None) -> StudyFunction:
         """The features as a function of points of your own, ``f(X)``, for other packages and optimizers.
@@ -383,17 +382,10 @@ class Study:
         """Runs at the worst cases that the polynomials of a result predict; see `StudyResult.check`."""
         return simulated_extremes(self.runner, result)
 
-    def _made(self, make: Callable[..., Design], *how: Any, own: bool = False) -> StudyResult:
-        """The result of a design ``make(runner, *how)``; its runs may answer requirements if they are drawn
-        for this study alone, its `own`."""
-        if self.runner.requirements:
-            return self._issued(answered(self.runner, make, *how, own=own))
-        return self._issued(carried_out(self.runner, make(self.runner, *how)))
-
     def _issued(self, result: StudyResult) -> StudyResult:
         """The result of this study, after issuing its notices."""
         issue(result.notices)
-        return replace(result, study=self, spec=self.runner.spec)
+        return replace(result, study=self, spec=self._spec)
 
     def plan(self, method: str = "band", *, probes: int | None = None, **arguments: Any) -> Plan:
         """Estimate the cost of a method of this study from a few of its runs.
@@ -416,7 +408,7 @@ class Study:
         101
         """
         checks = Checks()
-        checks.word("method", method, tuple(_DESIGNS))
+        checks.word("method", method, ("band", "chebyshev", "scan", "sample"))
         if isinstance(self.runner.model, FinishedRuns):
             checks.add(
                 "study",
@@ -432,7 +424,8 @@ class Study:
         checks.finish()
         given = asked.bind(**arguments)
         given.apply_defaults()
-        return plan_of(self.runner, _DESIGNS[method](self.runner, **given.arguments), probes)
+        make: Callable[..., Design] = getattr(designs, method)
+        return designs.plan_of(self.runner, make(self.runner, **given.arguments), probes)
 
     @classmethod
     def from_runs(
@@ -492,6 +485,7 @@ class Study:
         table = finished_runs(parameters, t, values, intervals, features, cycles, independent, units)
         study = cls(table.run, table.intervals, threads=threads)
         study.runner = replace(study.runner, model=table, units=dict(units or {}), table=True)
+        study._spec = study.runner.spec
         return study
 
     def __repr__(self) -> str:

@@ -33,6 +33,7 @@ from .bifurcation import GoOn, in_threads
 from .by_angle import crank_of, drives_of
 from .runner import Runner
 from .sources.asked import known_units, units_of
+from .sources.scenes import scene_of
 from .spec import check_keywords
 
 if TYPE_CHECKING:
@@ -258,7 +259,7 @@ def sweep_of(
     box = Interval(lower, upper)  # type: ignore[arg-type] # numbers once made
     at = np.linspace(box.lower, box.upper, count)
     source = replace(runner, fixed=fixed)
-    scenes = [source.scene({**runner.nominal, parameter: value}) for value in at.tolist()]
+    scenes = [scene_of(source, {**runner.nominal, parameter: value}) for value in at.tolist()]
     crank = crank_of(checks, scenes[0], angle)
     checks.finish()
     joints = scenes[0].check().clearance_joints

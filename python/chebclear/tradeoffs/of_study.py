@@ -16,13 +16,14 @@ from ..base.arguments import Checks
 from ..base.rows import Array
 from ..errors import ArgumentError, ArgumentTypeError, SimulationError
 from ..notices import issue
+from ..study.answers import result_of
 from ..study.band.band import Band
 from ..study.band.requirement import LEAST_RUNS
-from ..study.designs import carried_out, on_grid, spread_evenly
+from ..study.designs import on_grid, spread_evenly
 from ..study.polynomials.points import uniform_points
 from ..study.polynomials.surrogate import MOST_RANGE_DEGREE, chebyshev_grid, tensor_grid
 from ..study.results import StudyResult
-from ..study.runner import Runner
+from ..study.runner import Design, Runner
 from ..study.sources.finished import FinishedRuns
 from ..study.sources.scenes import MOST_NODES, MOST_RUNS
 from ..study.spec import MAX_RUNS
@@ -135,7 +136,7 @@ def study_tradeoff(
             f"all settings and hold-out points are {needed} runs, more than max_runs = {max_runs}: leave out "
             "the higher degrees or the finer scans"
         )
-    probes = carried_out(runner, on_grid(runner, probed, (holdout,)))
+    probes = _carried_out(runner, on_grid(runner, probed, (holdout,)))
     if not probes.outputs:
         raise ArgumentError("a tradeoff compares bands of outputs: name some in Study(outputs=...)")
     settings = [_grid(runner, *grid) for grid in grids]
@@ -145,6 +146,11 @@ def study_tradeoff(
     found = _compared([*settings, *bands], probes, known, seed)
     issue(found.notices)
     return found
+
+
+def _carried_out(runner: Runner, design: Design) -> StudyResult:
+    """The result of a design without shares of requirements; issues no warnings."""
+    return result_of(runner, design, runner.made(design.points, design.settings, usage=design.usage))
 
 
 def _counts(checks: Checks, name: str, given: object, least: int, most: int) -> list[int]:
@@ -195,7 +201,7 @@ def _grid(runner: Runner, degree: int | None, count: int) -> _Setting:
     setting = _Setting(kind, degree, count, len(grid) + 1, 0.0, "done")
     start = time.perf_counter()
     try:
-        found = carried_out(runner, on_grid(runner, grid, counts, degrees, "eq31"))
+        found = _carried_out(runner, on_grid(runner, grid, counts, degrees, "eq31"))
         if found.failures:
             setting.status = found.failures[0].reason
         else:
@@ -212,7 +218,7 @@ def _bands(runner: Runner, budgets: Sequence[int], seed: int) -> list[_Setting]:
         return []
     most = budgets[-1]
     try:
-        largest = carried_out(runner, spread_evenly(runner, most, 0.999, seed))
+        largest = _carried_out(runner, spread_evenly(runner, most, 0.999, seed))
     except SimulationError as error:
         return [_Setting("band", None, count, count + 1, math.nan, error.reason) for count in budgets]
     settings = []

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from chebclear import _core
 from chebclear.base.files import same
+from chebclear.scene.columns import physical_limits
 from chebclear.study import designs, runner
-from chebclear.study.band.limits import physical_limits
 from chebclear.study.band.requirement import exact_runs
 from chebclear.study.polynomials.total_degree import TotalDegree, total_degree_polynomial
 from falling import PLANET, TIME, faller, height

@@ -77,7 +77,7 @@ def rotor_study(**options):
 
 
 @pytest.mark.parametrize("sense", [1, -1])
-def test_under_a_torque_the_angle_is_the_measured_one(sense):
+def test_under_a_torque_the_angle_is_the_measured_one(sense, tmp_path):
     study = cc.Study(
         rotor,
         {"torque": cc.Interval.around(sense * 0.3, rel=0.3)},
@@ -103,6 +103,9 @@ def test_under_a_torque_the_angle_is_the_measured_one(sense):
         band.t, (np.sqrt(100.0**2 + 2.0 * growth * turned[0]) - 100.0) / growth, rtol=1e-5
     )
     assert same(longer.bands, result.bands)
+    single = study.band(5, revolutions=2, angle="bearing")
+    single.save(tmp_path / "rotor.npz")
+    assert same(type(single).load(tmp_path / "rotor.npz").bands, single.bands)
 
 
 def test_the_speed_of_the_drive_may_be_a_parameter():

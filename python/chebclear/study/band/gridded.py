@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,19 +20,33 @@ from .band import Band
 from .margin import RESOLVED, Margin, Verdict
 
 
+@dataclass(frozen=True)
+class Grid:
+    """A grid of Chebyshev roots or equally spaced values, with others that check polynomials; or a sample."""
+
+    kind: str
+    """``"chebyshev"``, ``"scan"`` or ``"sample"``."""
+    nodes: tuple[int, ...]
+    """Number of roots or values of each parameter; of a sample, of all points."""
+    degrees: tuple[int, ...] | None = None
+    """Degrees of the polynomials; None if the extremes of the runs are the bounds."""
+    bounds: BoundKind = "range"
+    """How polynomials are bounded."""
+    random: bool = False
+    """Whether the points are independent and uniform in the box."""
+    seed: int | None = None
+    """Seed of a sample."""
+
+
 def grid_bands(
-    runs: RunTable,
-    intervals: dict[str, Interval],
-    degrees: tuple[int, ...] | None,
-    nodes: tuple[int, ...],
-    bounds: BoundKind,
-    threads: int | None,
+    runs: RunTable, intervals: dict[str, Interval], grid: Grid, threads: int | None
 ) -> dict[str, Band]:
     """The bands of all outputs of runs on a grid, which come first, then those beside it that check the
     polynomials, the nominal run last.
 
     Without degrees the extremes of the runs are the bounds. ValueError is raised if an output is not finite,
     or too few runs are left for a polynomial."""
+    degrees, nodes = grid.degrees, grid.nodes
     values, parameters, missing = runs.values, runs.parameters, [one.index for one in runs.failures]
     whole = len(parameters) + len(missing) if degrees is None else math.prod(nodes)
     lost = [number for number in missing if number < whole]
@@ -54,17 +68,17 @@ def grid_bands(
             assert inner is not None, "without degrees"
             lower, upper = inner[0][:, index], inner[1][:, index]
         else:
-            grid = own[:count] if holes is None else holes.filled(own[:count])
-            surrogate = Surrogate.fit(intervals, nodes, degrees, grid)
+            fitted = own[:count] if holes is None else holes.filled(own[:count])
+            surrogate = Surrogate.fit(intervals, nodes, degrees, fitted)
             if not np.all(np.isfinite(surrogate.terms)):
                 raise ArgumentError(f"{name} is not finite in every run: no polynomial can be fitted to it")
             if holes is not None:
                 kept = np.where(holes.dropped[:, None], 0.0, surrogate.terms)
                 surrogate = replace(surrogate, terms=kept)
-            lower, upper = surrogate.bounds(bounds, threads)
+            lower, upper = surrogate.bounds(grid.bounds, threads)
             width = float(np.mean(hull[1] - hull[0]))
             others = values[count:, :, index]
-            verdict, margin = judged(surrogate, nodes, grid, others, places, width, holes, unknown)
+            verdict, margin = judged(surrogate, nodes, fitted, others, places, width, holes, unknown)
         bands[name] = Band(
             name=name,
             t=runs.t,

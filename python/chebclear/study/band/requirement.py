@@ -4,16 +4,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING
 
 from ... import _core
 from ...base.named import ReadOnlyDict
+from ...base.rows import Array
 from ...base.units import unit
+from ...errors import ArgumentError
 from ...execution.memory import Usage
+from ..polynomials.points import random_points, sobol_points
 from .margin import Margin, Verdict, percent
 from .revolutions import Revolutions
 
+if TYPE_CHECKING:
+    from ..spec import StudySpec
+
 LEAST_RUNS = 3
 """Fewest runs of a band [-]."""
+# Parameters for which there are Sobol' points [-].
+_MOST_PARAMETERS = 32
 # Related to the least number of held-out runs that can verify a share of 0.1 %; see `needed_runs`.
 _UNSEEN = 0.0112
 # Persistence from which the runs and not their samples are the observations. Chains of pendulums with one
@@ -56,6 +66,17 @@ class Requirement:
     def succeeded(self) -> float:
         """Share of the runs that succeeded [-]."""
         return self.runs / (self.runs + self.failed)
+
+    def points(self, spec: StudySpec, first: int, count: int) -> Array:
+        """Points of a band from a number on: independent ones, or of a sequence that fills the box evenly."""
+        draw, parameters = random_points if self.independent else sobol_points, len(spec.parameters)
+        if not self.independent and parameters > _MOST_PARAMETERS:
+            raise ArgumentError(
+                f"a band by runs at evenly spread points takes at most {_MOST_PARAMETERS} parameters, the "
+                f"study has {parameters}: give those that matter least as fixed, or ask for "
+                f"{exact_runs(self.coverage)} runs, whose points are independent"
+            )
+        return spec.drawn(partial(draw, first=first, count=count, seed=self.seed))
 
     def verdict(self, margin: Margin, coverage: float) -> Verdict:
         """Verdict on a band of this margin and coverage of held-out runs."""

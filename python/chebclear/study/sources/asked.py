@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ...base.arguments import Checks, as_number, meant_or_known
 from ...base.rows import Array
-from ...errors import ArgumentError, ArgumentTypeError, describe
+from ...errors import ArgumentError, ArgumentTypeError
 from ...notices import Notice
 from ...run.features import Feature
 from ...run.names import column_index
@@ -114,46 +114,6 @@ def tracked_features(asked: Iterable[FeatureSpec]) -> tuple[Feature, ...]:
 def outputs_of(asked: Mapping[str, FeatureSpec], settings: Settings) -> Sequence[str] | None:
     """Outputs that features need of the runs: none, or all, at which functions of the user's own may look."""
     return () if all(isinstance(one, Feature) for one in asked.values()) else settings.outputs
-
-
-def feature_values(
-    asked: Mapping[str, FeatureSpec],
-    settings: Settings,
-    numbers: Iterable[int],
-    run: Callable[[int], SweptRun],
-    parameters: Callable[[int], Mapping[str, float]],
-    tracked: Array,
-    fail: Callable[[int, Exception], None],
-    call: Callable[..., Any],
-) -> Array:
-    """The features of all runs, shape (runs, cycles, features); NaN for runs that are not among the numbers.
-
-    `run` and `parameters` give a run as a callable gets it, and its parameters, by its number; `tracked` are
-    the features from the core in the order of the settings; `fail` gets number and error of every run that
-    has no such feature; `call` calls a function, perhaps for a limited time only.
-    """
-    values = np.full((len(tracked), settings.cycles, len(asked)), np.nan)
-    good = dict.fromkeys(numbers)
-    functions = {}
-    for index, (name, feature) in enumerate(asked.items()):
-        if not isinstance(feature, Feature):
-            functions[index] = (name, feature)
-            continue
-        values[:, :, index] = tracked[:, :, settings.features.index(feature)]
-        unknown = np.flatnonzero(~np.all(np.isfinite(values[:, :, index]), axis=1))
-        for row in [row for row in unknown.tolist() if row in good]:
-            del good[row]
-            fail(row, ArgumentError(f'feature "{name}" is not finite with {describe(parameters(row))}'))
-    for row in good if functions else ():
-        name = ""
-        try:
-            made = run(row)
-            for index, (name, function) in functions.items():
-                values[row, :, index] = call(called, name, function, made, settings.cycles)
-        except Exception as error:
-            error.add_note(f'in feature "{name}" of the run with {describe(parameters(row))}')
-            fail(row, error)
-    return values
 
 
 def settling_notices(

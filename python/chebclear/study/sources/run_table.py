@@ -52,7 +52,7 @@ class RunTable:
     scene: Scene | None = None
     """The scene at the nominal values of all intervals; None if the runs were not simulated."""
     clearances: dict[str, float] = field(default_factory=dict, metadata=unit("m"))
-    """Largest clearance of each joint in all scenes [m]."""
+    """Largest clearance of each joint in the box and in all runs, where it is known [m]."""
     scenes: Sequence[Scene] = ()
     """The scenes, built again on request, because thousands of scenes would fill the memory."""
 
