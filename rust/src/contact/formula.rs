@@ -5,6 +5,7 @@ use crate::contact::normal::Damping;
 use crate::contact::pair::ContactLaw;
 use crate::expression::dimension::{Dimension, FORCE};
 use crate::expression::tape::Tape;
+use crate::numerics::accuracy::SEARCH_STEPS;
 use crate::numerics::dual::{Dual, Scalar};
 
 /// The quantities of which a normal force may be a formula, in the order of its variables.
@@ -18,8 +19,6 @@ pub const MOST_SWITCHES: usize = 16;
 
 /// Impact velocity [m/s] at which the elastic part of a formula is taken.
 const UNIT_VELOCITY: f64 = 1.0;
-/// Halvings of a bracket of the logarithm of a penetration down to the rounding of a double.
-const HALVINGS: usize = 60;
 /// Error of the elastic energy relative to force times penetration, and halvings of the penetration that it may take.
 const ENERGY_ERROR: f64 = 1e-9;
 const MOST_HALVINGS: u32 = 20;
@@ -97,7 +96,7 @@ impl Formula {
     /// Penetration [m], up to a largest one, at which the elastic part carries a load [N].
     pub(super) fn penetration_under(&self, load: f64, largest: f64) -> f64 {
         let (mut low, mut high) = ((f64::EPSILON * largest).ln(), largest.ln());
-        for _ in 0..HALVINGS {
+        for _ in 0..SEARCH_STEPS {
             let middle = 0.5 * (low + high);
             if self.elastic_force(middle.exp()) < load { low = middle } else { high = middle }
         }

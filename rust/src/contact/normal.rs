@@ -11,6 +11,7 @@
 //! until the separation. Only this file uses that form: others store a [`Latch`] and ask for forces, elastic
 //! forces and the penetration rate that the damping requires to be resolved.
 
+use crate::numerics::accuracy::SEARCH_STEPS;
 use std::sync::Arc;
 
 use crate::contact::formula::Formula;
@@ -107,7 +108,7 @@ fn exact_onset_damping(restitution: f64) -> f64 {
     };
     // Positive below the root. Beyond 1/c there is no number.
     let (mut low, mut high) = (0.5 * first, 1.0 / c);
-    for _ in 0..HALVINGS {
+    for _ in 0..SEARCH_STEPS {
         let middle = 0.5 * (low + high);
         if balance(middle) > 0.0 { low = middle } else { high = middle }
     }
@@ -117,9 +118,6 @@ fn exact_onset_damping(restitution: f64) -> f64 {
 /// Damping at an onset below which a series stands for the logarithms, and terms of it that reach rounding.
 const SMALL_DAMPING: f64 = 0.05;
 const TERMS: i32 = 16;
-/// Halvings of a bracket down to the rounding of a double.
-const HALVINGS: usize = 60;
-
 /// Constants of the damping of one contact, fixed at its onset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Latch {

@@ -18,15 +18,12 @@
 //! them. The damping multiplies all pressures by the same factor; friction acts on S at the mean sliding velocity of what
 //! touches, so that its power is that of the pressures.
 
+use crate::numerics::accuracy::HALF_DIGITS;
 use std::f64::consts::{SQRT_2, TAU};
 
 use crate::contact::normal::NormalLaw;
 use crate::contact::pair::{ContactLaw, ContactState, Phase, RelativeMotion, Surfaces};
 use crate::numerics::dual::Scalar;
-
-/// Penetration relative to the eccentricity below which the directions of the pressures are one: the root of the
-/// rounding error of a double, where the closed forms have lost half of their digits.
-const POINTED: f64 = 1e-8;
 
 /// A bearing with a worn surface.
 #[derive(Clone, Debug, PartialEq)]
@@ -290,7 +287,7 @@ impl ContactLaw {
         let inverse = S::constant(1.0) / sum;
         let [xx, xy, yy] = patch.second;
         let mut resultant = [sum * nx, sum * ny];
-        if patch.penetration > POINTED * dot(e, e).sqrt() {
+        if patch.penetration > HALF_DIGITS * dot(e, e).sqrt() {
             resultant = [
                 (x * xx + y * xy - patch.places[0]) * worn.stiffness,
                 (x * xy + y * yy - patch.places[1]) * worn.stiffness,

@@ -1,16 +1,12 @@
 //! Instantaneous response to a pair of forces: relative acceleration and effective mass.
 
+use crate::numerics::accuracy::ROUNDING_OF_SOLUTION;
 use nalgebra::Matrix2;
 
 use super::Dynamics;
 use crate::numerics::linear::symmetric_solve;
 use crate::tree::elements::FramePoint;
 use crate::tree::kinematics::Vec2;
-
-/// Ratio below which an accelerance is a rounding error: that with closed loops to that without them, where
-/// the loops prevent every relative motion of the two points, or that of one direction to the other. Likewise
-/// the ratio of an entry of the relative Jacobian to those of the two points.
-pub(super) const ROUNDING: f64 = 1e-12;
 
 /// Accelerance of a pair of points: relative acceleration per unit force between them [1/kg], the inverse of
 /// the effective mass matrix.
@@ -22,7 +18,7 @@ impl Accelerance {
     /// loops prescribe the relative motion.
     pub fn mass_along(&self, direction: Vec2) -> f64 {
         let accelerance = direction.dot(&(self.0 * direction));
-        if accelerance > ROUNDING * self.0.trace() { 1.0 / accelerance } else { f64::INFINITY }
+        if accelerance > ROUNDING_OF_SOLUTION * self.0.trace() { 1.0 / accelerance } else { f64::INFINITY }
     }
 
     /// Inverse of the mean of its inverse over all directions [kg].
@@ -50,7 +46,7 @@ impl Dynamics<'_> {
             }
             accelerance.set_column(axis, &relative(&response));
         }
-        let prevented = accelerance.trace() <= ROUNDING * without_loops;
+        let prevented = accelerance.trace() <= ROUNDING_OF_SOLUTION * without_loops;
         Accelerance(if prevented { Matrix2::zeros() } else { accelerance })
     }
 
@@ -68,7 +64,7 @@ impl Dynamics<'_> {
             }
         }
         for (by, size) in relative.iter_mut().zip(sizes) {
-            if by.amax() <= ROUNDING * size {
+            if by.amax() <= ROUNDING_OF_SOLUTION * size {
                 *by = Vec2::zeros();
             }
         }

@@ -9,6 +9,7 @@
 use crate::integrators::control::Failure;
 use crate::integrators::dense::DenseStep;
 use crate::integrators::{HybridSystem, Status};
+use crate::numerics::accuracy::SEARCH_STEPS;
 
 /// Value of a guard function.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,9 +48,6 @@ const GOLDEN: f64 = 0.618_033_988_749_894_8;
 /// Golden sections of the search for a minimum where the rate is unknown. They find its instant to 3e-8 of an
 /// eighth of the step, and therefore its value to rounding.
 const SECTIONS: usize = 36;
-
-/// Iterations of the root and minimum searches: bisection alone would need 53.
-const ITERATIONS: usize = 60;
 
 /// Finds events on steps; owns the scratch memory.
 #[derive(Clone, Debug)]
@@ -186,7 +184,7 @@ impl Search<'_> {
                 // The guard is zero to rounding after an event, rises (or has an unknown rate), and has
                 // fallen again before b: bisect toward a until the guard is positive.
                 let mut width = b - a;
-                for _ in 0..ITERATIONS {
+                for _ in 0..SEARCH_STEPS {
                     width *= 0.5;
                     let guard = self.evaluate(index, a + width);
                     if guard.value > 0.0 {
@@ -215,7 +213,7 @@ impl Search<'_> {
     /// value.
     fn minimum(&mut self, index: usize, mut a: f64, mut b: f64) -> (f64, Guard) {
         let mut lowest = (b, Guard::INACTIVE);
-        for _ in 0..ITERATIONS {
+        for _ in 0..SEARCH_STEPS {
             let theta = 0.5 * (a + b);
             let guard = self.evaluate(index, theta);
             if guard.value < lowest.1.value {
@@ -258,7 +256,7 @@ impl Search<'_> {
         let tolerance = 4.0 * f64::EPSILON * (self.step.t.abs() + self.step.h) / self.step.h;
         let mut side = 0;
         let mut width = b - a;
-        for iteration in 0..ITERATIONS {
+        for iteration in 0..SEARCH_STEPS {
             if b - a <= tolerance {
                 break;
             }

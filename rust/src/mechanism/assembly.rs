@@ -1,6 +1,7 @@
 //! Assembly: from initial guesses of the angles to a start with every clearance joint concentric in
 //! position and velocity, and the scales for error control.
 
+use crate::numerics::accuracy::{EQUAL, NEWTON_STEPS, ROUNDING_OF_SOLUTION, SINGULAR};
 use nalgebra::{DMatrix, DVector};
 
 use crate::dynamics::Dynamics;
@@ -10,17 +11,12 @@ use crate::mechanism::closing::{Closing, given_angle};
 use crate::mechanism::conditions::{Conditions, Level};
 use crate::mechanism::couplings::{check_couplings, check_laws, follow_drivers, offsets};
 use crate::mechanism::immovable::no_acceleration;
-use crate::mechanism::nearest::{Assembly, EQUAL};
+use crate::mechanism::nearest::Assembly;
 use crate::mechanism::scales::{contact_scales, levers, speed_from_rest, speed_scale};
-use crate::mechanism::vector_loops::NEGLIGIBLE;
 use crate::numerics::turns::wrap;
 use crate::scene::parts::{Scene, Start, length_scale};
 use crate::tree::elements::{Realization, Scales, State, Tree};
 use crate::tree::kinematics::FrameKind;
-
-/// Newton steps after which an assembly fails. A poor initial guess needs about ten; a hundred are needed
-/// only next to a singular configuration.
-const ITERATIONS: usize = 100;
 
 /// Residual of the closures relative to the size of the mechanism that counts as assembled:
 /// a few hundred rounding errors, far below any clearance that could be simulated.
@@ -126,7 +122,9 @@ fn close_nearest(
     // runs of a study must not jump from the one to the other.
     let settles = closes(residual) && (!is_certain || loops.can_move());
     let settled = if settles { loops.settled(&unknowns) } else { None };
-    if let Some(nearer) = settled.as_ref().filter(|settled| settled.distance + NEGLIGIBLE < first.distance) {
+    if let Some(nearer) =
+        settled.as_ref().filter(|settled| settled.distance + ROUNDING_OF_SOLUTION < first.distance)
+    {
         first = nearer.clone();
     }
     if is_certain {
@@ -233,7 +231,7 @@ fn check_mobility(tree: &Tree, dynamics: &Dynamics, conditions: &Conditions) -> 
     for (index, closure) in tree.closures.iter().enumerate() {
         let rows = 2 * (index + 1);
         let part = jacobian.rows(0, rows).into_owned();
-        let rank = if part.ncols() == 0 { 0 } else { part.clone().rank(SINGULAR_VELOCITY * part.amax()) };
+        let rank = if part.ncols() == 0 { 0 } else { part.clone().rank(SINGULAR * part.amax()) };
         if rank < rows {
             let message = format!(
                 "joint {:?} closes a loop that the other joints and drives already keep closed, in the assembled \
@@ -313,12 +311,6 @@ fn given_turn(tree: &Tree, scene: &Scene, column: usize) -> Option<f64> {
     })
 }
 
-/// Singular values relative to the largest below which a direction counts as immovable.
-const SINGULAR: f64 = 1e-10;
-/// The same for velocities. In a singular configuration positions are known to the square root of
-/// the machine epsilon only, and so is the singular value that vanishes there.
-pub(super) const SINGULAR_VELOCITY: f64 = 1e-6;
-
 /// Least-squares solution of smallest norm; directions with a relative singular value below
 /// `cutoff` are left out.
 pub(super) fn least_squares(jacobian: DMatrix<f64>, right: &DVector<f64>, cutoff: f64) -> DVector<f64> {
@@ -342,7 +334,7 @@ fn slide_together(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f64
             jacobian.column_mut(k).fill(0.0);
         }
     }
-    let step = least_squares(jacobian, &residual, SINGULAR);
+    let step = least_squares(jacobian, &residual, ROUNDING_OF_SOLUTION);
     for (k, value) in q.iter_mut().enumerate() {
         *value -= step[k] * conditions.units[k];
     }
@@ -353,12 +345,12 @@ fn close_positions(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f6
     let at_rest = vec![0.0; q.len()];
     dynamics.move_to(0.0, q, &at_rest);
     let (mut residual, mut jacobian) = conditions.positions(dynamics);
-    for _ in 0..ITERATIONS {
+    for _ in 0..NEWTON_STEPS {
         let size = residual.norm();
         if size == 0.0 {
             break;
         }
-        let step = least_squares(jacobian, &residual, SINGULAR);
+        let step = least_squares(jacobian, &residual, ROUNDING_OF_SOLUTION);
         let mut trial = q.to_vec();
         let mut fraction = 1.0;
         loop {
@@ -381,8 +373,6 @@ fn close_positions(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f6
     residual.norm() * conditions.unit
 }
 
-/// Gap rate relative to the speed of the mechanism that counts as a rounding error of the velocities.
-const CLOSED_RATE: f64 = 1e-9;
 /// Rates of a start that differ by this part of the largest from those that the joints allow are given to a few
 /// digits; beyond it they contradict each other.
 const DIGITS: f64 = 1e-2;
@@ -401,14 +391,14 @@ fn close_velocities(
     for _ in 0..2 {
         dynamics.move_to(0.0, q, &v);
         let (residual, jacobian) = conditions.velocities(dynamics);
-        let step = least_squares(jacobian, &residual, SINGULAR_VELOCITY);
+        let step = least_squares(jacobian, &residual, SINGULAR);
         for (k, value) in v.iter_mut().enumerate() {
             *value -= step[k] * conditions.units[k];
         }
     }
     dynamics.move_to(0.0, q, &v);
     let (remaining, _) = conditions.velocities(dynamics);
-    let rounding = CLOSED_RATE * speed_scale(tree, dynamics, conditions.length) / conditions.unit;
+    let rounding = EQUAL * speed_scale(tree, dynamics, conditions.length) / conditions.unit;
     let is_closed = |remaining: &[f64]| remaining.iter().all(|rate| rate.abs() <= rounding);
     if is_closed(remaining.as_slice()) {
         return Ok(v);
@@ -422,7 +412,7 @@ fn close_velocities(
     };
     let [(demands, demanded), (gives, given)] =
         [rows(false), rows(true)].map(|rows| (jacobian.select_rows(&rows), right.select_rows(&rows)));
-    let least = least_squares(demands.clone(), &demanded, SINGULAR_VELOCITY);
+    let least = least_squares(demands.clone(), &demanded, SINGULAR);
     let open = &demanded - &demands * &least;
     if given.is_empty() || !is_closed(open.as_slice()) {
         // The least-squares solution leaves a gap rate only where no velocity keeps the joints closed: the
@@ -436,7 +426,7 @@ fn close_velocities(
         return Err(Subject::Scene.error("bodies", message));
     }
     let free = free_directions(demands);
-    let more = least_squares(&gives * &free, &(&given - &gives * &least), SINGULAR_VELOCITY);
+    let more = least_squares(&gives * &free, &(&given - &gives * &least), SINGULAR);
     let step = least + free * more;
     let off = (&given - &gives * &step).amax();
     let largest = rates.iter().flatten().fold(0.0_f64, |largest, rate| largest.max(rate.abs()));
@@ -458,7 +448,7 @@ fn close_velocities(
 /// Projection onto the directions that some conditions leave free.
 pub(super) fn free_directions(conditions: DMatrix<f64>) -> DMatrix<f64> {
     let columns = conditions.ncols();
-    let cutoff = SINGULAR_VELOCITY * conditions.amax();
+    let cutoff = SINGULAR * conditions.amax();
     let mut free = DMatrix::identity(columns, columns);
     if conditions.is_empty() || !conditions.iter().all(|x| x.is_finite()) {
         return free;

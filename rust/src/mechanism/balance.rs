@@ -1,5 +1,6 @@
 //! Starts at rest in an unstable equilibrium, which only rounding errors set in motion.
 
+use crate::numerics::accuracy::{EQUAL, NEWTON_STEPS};
 use nalgebra::{DMatrix, Schur};
 
 use crate::dynamics::{Dynamics, Linearization};
@@ -8,15 +9,9 @@ use crate::mechanism::assembly::{Assembled, assemble};
 use crate::scene::parts::{GuideShape, Joint, JointKind, Scene, Start};
 use crate::tree::elements::{Scales, State, Tree};
 
-/// Accelerations that count as zero, relative to the scale of accelerations of the mechanism; rounding leaves
-/// 1e-15.
-const BALANCED: f64 = 1e-9;
 /// Growth rate of a deviation that counts as unstable, times the time in which the mechanism moves by its own
 /// size. A slider pushed along its dead center has 0.3 to 3; in neutral equilibrium rounding gives 1e-8.
 const UNSTABLE: f64 = 1e-3;
-/// Most iterations for the eigenvalues: a few per row are needed.
-const ITERATIONS: usize = 1000;
-
 /// Warning of a start at rest in an unstable equilibrium. It is judged without clearances: a journal in free
 /// flight carries no load, but later carries that of the ideal joint.
 pub(crate) fn warning_of_equilibrium(
@@ -26,7 +21,7 @@ pub(crate) fn warning_of_equilibrium(
     scene: &Scene,
 ) -> Option<Notice> {
     let rests =
-        start.v.iter().zip(&scales.levers).all(|(v, lever)| (v * lever).abs() <= BALANCED * scales.speed);
+        start.v.iter().zip(&scales.levers).all(|(v, lever)| (v * lever).abs() <= EQUAL * scales.speed);
     if !rests || scales.speed == 0.0 {
         return None;
     }
@@ -63,7 +58,7 @@ fn growth(tree: &Tree, start: &State, scales: &Scales) -> Option<f64> {
     let solved = dynamics.linearize(0.0, q, v, &mut linear);
     let acceleration = scales.length / (crossing * crossing);
     let balanced =
-        linear.a.iter().zip(&scales.levers).all(|(a, lever)| (a * lever).abs() <= BALANCED * acceleration);
+        linear.a.iter().zip(&scales.levers).all(|(a, lever)| (a * lever).abs() <= EQUAL * acceleration);
     if d == 0 || !solved || !balanced {
         return None;
     }
@@ -78,7 +73,7 @@ fn growth(tree: &Tree, start: &State, scales: &Scales) -> Option<f64> {
     if !matrix.iter().all(|entry| entry.is_finite()) {
         return None;
     }
-    let eigenvalues = Schur::try_new(matrix, f64::EPSILON, ITERATIONS)?.complex_eigenvalues();
+    let eigenvalues = Schur::try_new(matrix, f64::EPSILON, NEWTON_STEPS * d)?.complex_eigenvalues();
     let growth = eigenvalues.iter().map(|value| value.re).fold(0.0, f64::max);
     (growth > UNSTABLE).then_some(growth / crossing)
 }

@@ -1,10 +1,7 @@
 //! The branch on which a mechanism is assembled: which of the ways to close its loops.
 
+use crate::numerics::accuracy::SINGULAR;
 use nalgebra::DMatrix;
-
-/// Determinant, relative to the largest that rows of these lengths can have, below which a group is about to change
-/// sides: its sign is not known.
-const UNDECIDED: f64 = 1e-6;
 
 /// Conditions of the assembly and the coordinates that they depend on.
 pub(crate) struct Group {
@@ -46,9 +43,9 @@ fn sign(jacobian: &DMatrix<f64>, group: &Group) -> i8 {
     });
     let largest: f64 = part.row_iter().map(|row| row.norm()).product();
     let relative = part.determinant() / largest;
-    if relative > UNDECIDED {
+    if relative > SINGULAR {
         1
-    } else if relative < -UNDECIDED {
+    } else if relative < -SINGULAR {
         -1
     } else {
         0

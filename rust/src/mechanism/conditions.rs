@@ -1,10 +1,10 @@
 //! The equations of a start: loops closed, journals where they are to be, and what the scene gives of joints and bodies.
 
+use crate::numerics::accuracy::SINGULAR;
 use nalgebra::{DMatrix, DVector};
 
 use crate::contact::pair::Surfaces;
 use crate::dynamics::Dynamics;
-use crate::mechanism::assembly::SINGULAR_VELOCITY;
 use crate::mechanism::branch::{Group, branch};
 use crate::numerics::turns::wrap;
 use crate::scene::parts::{Scene, Start};
@@ -131,7 +131,7 @@ impl Conditions {
     pub(super) fn open_plays(&mut self, dynamics: &Dynamics, level: Level) {
         let rank = |conditions: &Self| {
             let jacobian = conditions.jacobian(dynamics, level);
-            let cutoff = SINGULAR_VELOCITY * jacobian.amax();
+            let cutoff = SINGULAR * jacobian.amax();
             if jacobian.is_empty() || !cutoff.is_finite() { 0 } else { jacobian.rank(cutoff) }
         };
         for (index, backlash) in dynamics.tree.backlashes.iter().enumerate() {

@@ -1,10 +1,11 @@
 //! Couplings at the start: driven coordinates follow their drivers in the initial guess, and what cannot move is refused.
 
+use crate::numerics::accuracy::SINGULAR;
 use nalgebra::{DMatrix, RowDVector};
 
 use crate::dynamics::Dynamics;
 use crate::error::{InputError, Subject};
-use crate::mechanism::assembly::{SINGULAR_VELOCITY, free_directions};
+use crate::mechanism::assembly::free_directions;
 use crate::mechanism::conditions::{Conditions, Level};
 use crate::numerics::turns::wrap;
 use crate::tree::elements::Coupling;
@@ -101,7 +102,7 @@ pub(super) fn check_couplings(dynamics: &Dynamics, length: f64) -> Result<(), In
                 let mut columns = vec![0.0; count];
                 end.columns.iter().for_each(|&(column, by)| columns[column] = by);
                 let direction = row(&columns, 1.0);
-                (&direction * &free).norm() > SINGULAR_VELOCITY * direction.norm()
+                (&direction * &free).norm() > SINGULAR * direction.norm()
             })
         };
         let rank = |rows: &[RowDVector<f64>]| match rows {
@@ -109,7 +110,7 @@ pub(super) fn check_couplings(dynamics: &Dynamics, length: f64) -> Result<(), In
             _ if tree.free.is_empty() => 0,
             _ => {
                 let part = DMatrix::from_rows(rows).select_columns(&tree.free);
-                let cutoff = SINGULAR_VELOCITY * part.amax();
+                let cutoff = SINGULAR * part.amax();
                 part.rank(cutoff)
             }
         };

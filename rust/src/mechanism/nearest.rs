@@ -6,24 +6,18 @@
 //! the best one is given up. So all assemblies that matter are found where the mechanism consists of dyads; for the rest
 //! Newton's method from many starts finds what it can.
 
+use crate::numerics::accuracy::{EQUAL, HALF_DIGITS, NEWTON_STEPS, ROUNDING_OF_SOLUTION};
 use std::f64::consts::PI;
 
 use nalgebra::{Complex, DVector};
 
 use crate::mechanism::assembly::least_squares;
-use crate::mechanism::vector_loops::{CLOSED, EQUALLY_NEAR, NEGLIGIBLE, VectorLoops, Wanted, along, turned};
+use crate::mechanism::vector_loops::{EQUALLY_NEAR, VectorLoops, Wanted, along, turned};
 use crate::numerics::turns::wrap;
 
-/// Distances that differ by less than this part are equal: rounding decides nothing.
-pub(super) const EQUAL: f64 = 1e-9;
 /// Most dyads that a search solves, and starts of Newton's method for each group that consists of none.
 const DYADS: usize = 10_000;
 const STARTS: usize = 32;
-/// Most steps of Newton's method from a start.
-const STEPS: usize = 60;
-/// Angle [rad] to which the nearest point of a group that can move is found: the root of a rounding error, to which the
-/// smallest distance is flat.
-const SETTLED: f64 = 1e-8;
 /// Angle [rad] by which assemblies must differ to be two.
 const APART: f64 = 0.01;
 
@@ -116,15 +110,15 @@ impl VectorLoops {
     fn relax(&self, start: &[f64]) -> Option<Vec<f64>> {
         let mut at = self.wrapped(&self.newton(start)?);
         let mut part = 1.0;
-        for _ in 0..STEPS {
+        for _ in 0..NEWTON_STEPS {
             let pull = DVector::from_fn(self.count(), |unknown, _| match self.wanted.get(unknown) {
                 Some(wanted) if wanted.matters() => (wanted.mean - at[unknown]) * wanted.scale(),
                 _ => 0.0,
             });
             let jacobian = self.jacobian(&at);
-            let held = least_squares(jacobian.clone(), &(&jacobian * &pull), NEGLIGIBLE);
+            let held = least_squares(jacobian.clone(), &(&jacobian * &pull), ROUNDING_OF_SOLUTION);
             let free = pull - held;
-            if part * free.amax() < SETTLED {
+            if part * free.amax() < HALF_DIGITS {
                 break;
             }
             match self.newton(&self.moved(&at, &free, part)) {
@@ -141,12 +135,12 @@ impl VectorLoops {
     /// Newton's method with steps of at most a radian, beyond which a rotation is far from its tangent.
     fn newton(&self, start: &[f64]) -> Option<Vec<f64>> {
         let mut at = start.to_vec();
-        for _ in 0..STEPS {
+        for _ in 0..NEWTON_STEPS {
             let gaps = self.gaps(&at);
-            if gaps.amax() <= NEGLIGIBLE.sqrt() * CLOSED.sqrt() {
+            if gaps.amax() <= (ROUNDING_OF_SOLUTION * HALF_DIGITS).sqrt() {
                 return Some(at);
             }
-            let step = least_squares(self.jacobian(&at), &gaps, NEGLIGIBLE);
+            let step = least_squares(self.jacobian(&at), &gaps, ROUNDING_OF_SOLUTION);
             let largest = step.rows(0, self.turns()).amax();
             let fraction = if largest > 1.0 { 1.0 / largest } else { 1.0 };
             at = self.moved(&at, &step, -fraction);
@@ -234,7 +228,7 @@ impl Search<'_> {
             for (&unknown, value) in unsettled.iter().zip(way) {
                 unknowns[unknown] = value;
             }
-            let closed = loops.rest(one, unknowns, known).norm() <= CLOSED;
+            let closed = loops.rest(one, unknowns, known).norm() <= HALF_DIGITS;
             if closed {
                 self.solve_dyads(unknowns, known, open.clone(), squares + more);
             }
@@ -289,7 +283,7 @@ fn cross(a: Complex<f64>, b: Complex<f64>) -> f64 {
 fn triangle(c: Complex<f64>, a: Complex<f64>, b: Complex<f64>) -> Vec<Vec<f64>> {
     let (d, ra, rb) = (c.norm(), a.norm(), b.norm());
     let cosine = (rb * rb - d * d - ra * ra) / (2.0 * d * ra);
-    if cosine.is_nan() || cosine.abs() > 1.0 + CLOSED {
+    if cosine.is_nan() || cosine.abs() > 1.0 + HALF_DIGITS {
         return Vec::new();
     }
     let half = cosine.clamp(-1.0, 1.0).acos();
@@ -305,7 +299,7 @@ fn on_line(start: Complex<f64>, axis: Complex<f64>, length: f64) -> Vec<f64> {
     let foot = -along(start, axis);
     let off = (start + axis * foot).norm();
     let square = length * length - off * off;
-    if square.is_nan() || square < -CLOSED * length.max(off) {
+    if square.is_nan() || square < -HALF_DIGITS * length.max(off) {
         return Vec::new();
     }
     let half = square.max(0.0).sqrt() / axis.norm();

@@ -3,6 +3,7 @@
 //! In the angles of the bodies every loop is `c + Σ l e^{iφ} + Σ s a e^{iφ} = 0`, with the displacements s of the sliding
 //! joints. Nothing else of the mechanism matters for how its loops can be closed.
 
+use crate::numerics::accuracy::{HALF_DIGITS, ROUNDING_OF_SOLUTION};
 use std::f64::consts::PI;
 
 use nalgebra::{Complex, DMatrix, DVector};
@@ -11,11 +12,6 @@ use crate::numerics::turns::wrap;
 
 /// Two assemblies are about equally near if their distances differ by less than this part.
 pub(super) const EQUALLY_NEAR: f64 = 0.05;
-/// Lengths relative to the size of the mechanism that are rounding errors of sums of its vectors.
-pub(super) const NEGLIGIBLE: f64 = 1e-12;
-/// Gap relative to the size of the mechanism that an assembly leaves before it is refined: the root of a rounding
-/// error, since two solutions that coincide are known to it only.
-pub(super) const CLOSED: f64 = 1e-7;
 /// The loops of a mechanism in the unknowns that remain: changes of angles from the initial guess, then displacements.
 /// Lengths are relative to the size of the mechanism.
 #[derive(Clone, Debug, Default)]
@@ -107,7 +103,7 @@ impl VectorLoops {
         }
         let says_nothing = |one: &usize| {
             let mut vectors = self.links[*one].iter().chain(&self.axes[*one]);
-            vectors.all(|vector| vector.norm() == 0.0) && self.constants[*one].norm() <= CLOSED
+            vectors.all(|vector| vector.norm() == 0.0) && self.constants[*one].norm() <= HALF_DIGITS
         };
         let silent: Vec<usize> = (0..loops).filter(says_nothing).collect();
         for one in silent.into_iter().rev() {
@@ -274,7 +270,7 @@ impl VectorLoops {
 
 /// Zero where only rounding errors are left.
 pub(super) fn tidy(vector: Complex<f64>) -> Complex<f64> {
-    if vector.norm() <= NEGLIGIBLE { Complex::new(0.0, 0.0) } else { vector }
+    if vector.norm() <= ROUNDING_OF_SOLUTION { Complex::new(0.0, 0.0) } else { vector }
 }
 
 pub(super) fn turned(angle: f64) -> Complex<f64> {

@@ -1,9 +1,7 @@
 //! Maximum of a function within a bracket.
 
-/// Accuracy of the position of the maximum relative to the bracket: that of the value is its square.
-const PLACE: f64 = 1e-7;
-/// Most evaluations: sections alone would need 34.
-const EVALUATIONS: usize = 40;
+use crate::numerics::accuracy::{HALF_DIGITS, SEARCH_STEPS};
+
 /// The shorter part of a golden section.
 const GOLDEN: f64 = 0.381_966_011_250_105_1;
 
@@ -16,10 +14,10 @@ pub fn highest_within(
     inside: (f64, f64),
     mut function: impl FnMut(f64) -> f64,
 ) -> (f64, f64) {
-    let tolerance = PLACE * (high - low);
+    let tolerance = HALF_DIGITS * (high - low);
     let (mut best, mut second, mut third) = (inside, inside, inside);
     let (mut step, mut before_last) = (0.0_f64, 0.0_f64);
-    for _ in 0..EVALUATIONS {
+    for _ in 0..SEARCH_STEPS {
         let middle = 0.5 * (low + high);
         if (best.0 - middle).abs() <= 2.0 * tolerance - 0.5 * (high - low) {
             break;

@@ -3,6 +3,7 @@
 //! digits. In:
 //! numbers; out: numbers. Uses no other room.
 
+pub mod accuracy;
 pub mod dual;
 pub mod extremum;
 pub mod instant;

@@ -1,6 +1,7 @@
 //! Quantities tracked through the dense output of every step, for the features of a run; an observer of its steps.
 
 use crate::integrators::dense::DenseStep;
+use crate::numerics::accuracy::ROUNDING;
 use crate::numerics::extremum::highest_within;
 use crate::run::contacts::{Contact, Event};
 use crate::run::features::{Plan, RunningStats};
@@ -23,9 +24,6 @@ const GAUSS: [(f64, f64); 6] = [
 const ROWS: usize = GAUSS.len() + 2;
 /// Distance from an end at which the slope there is evaluated, relative to that to the next value.
 const EDGE: f64 = 1e-3;
-/// Changes of a value below this part of it count as rounding errors.
-const ROUNDING: f64 = 64.0 * f64::EPSILON;
-
 /// Writes the state at an instant and updates the work up to it, if that is needed; false where the state
 /// does not exist.
 pub(crate) type StateAt<'s> = dyn FnMut(&mut Motion, f64, &mut [f64], &mut [f64]) -> bool + 's;

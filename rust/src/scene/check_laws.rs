@@ -9,6 +9,7 @@ use crate::contact::pair::SlidingVelocity;
 use crate::contact::sticking::StickSlip;
 use crate::error::refused;
 use crate::expression::dimension::{Dimension, unit};
+use crate::numerics::accuracy::EQUAL;
 use crate::scene::check::Checker;
 use crate::scene::functions::BUSHING;
 use crate::scene::loads::{Expression, Load};
@@ -17,9 +18,6 @@ use crate::scene::time_function::TimeFunction;
 
 /// Penetrations at which a formula is looked at, as parts of the size of the mechanism.
 const DEPTHS: [f64; 4] = [1e-9, 1e-7, 1e-5, 1e-3];
-/// Error of a force by rounding, relative to the force.
-const ROUNDING: f64 = 1e-9;
-
 /// What is wrong with a normal force in a mechanism of a size [m]: it is looked at for four penetrations, as far as it has
 /// numbers there, and two impact velocities, in compression and in restitution.
 fn fault_of_force(formula: &Formula, size: f64) -> Option<String> {
@@ -27,7 +25,7 @@ fn fault_of_force(formula: &Formula, size: f64) -> Option<String> {
     let first = formula.at(&[0.0, 0.0, 1.0]);
     // What is no number is no measure.
     let largest = depths.map(|depth| formula.at(&[depth, 0.0, 1.0]).abs()).into_iter().fold(0.0, f64::max);
-    if !(first == 0.0 || first.abs() <= ROUNDING * largest && largest.is_finite()) {
+    if !(first == 0.0 || first.abs() <= EQUAL * largest && largest.is_finite()) {
         return Some(format!("must be 0 without penetration and penetration_rate, is {first:e} N"));
     }
     for (index, penetration) in depths.into_iter().enumerate() {
@@ -42,7 +40,7 @@ fn fault_of_force(formula: &Formula, size: f64) -> Option<String> {
             }
             for rate in [1.0, 0.1, -0.1, -1.0].map(|part| part * impact_velocity) {
                 let damping = formula.at(&[penetration, rate, impact_velocity]) - elastic;
-                if !(damping * rate >= -ROUNDING * elastic * rate.abs() && damping.is_finite()) {
+                if !(damping * rate >= -EQUAL * elastic * rate.abs() && damping.is_finite()) {
                     return Some(format!(
                         "must not grow where the surfaces separate, nor fall where they approach, since a contact makes no \
                          energy: penetration_rate = {rate} changes it by {damping:.3e} N {place}"

@@ -1,6 +1,7 @@
 //! Couplings of two coordinates: gears, racks, belts, cams. In: JSON, and the scene that holds them; out: the records,
 //! what is wrong with them, and their laws compiled.
 
+use crate::numerics::accuracy::EQUAL;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::contact::normal::NormalLaw;
@@ -16,9 +17,6 @@ use crate::scene::loads::Expression;
 use crate::scene::parts::{Force, GROUND, Scene, length_scale};
 use crate::scene::quantities::{Quantity, TIME};
 use crate::scene::reader::normal_law;
-
-/// Relative error of a period or an advance that is a whole part of a turn: numbers are typed with ten digits.
-const TYPED: f64 = 1e-9;
 
 /// Implausible backlash [m]: that of teeth is a few hundredths of their module.
 const WIDE: f64 = 5e-3;
@@ -295,7 +293,7 @@ fn repeated(points: &[f64], values: &[f64], driven: Coupled) -> Result<(f64, Cur
     };
     let (span, advance) = (last_point - first_point, last - first);
     let count = (TAU / span).round();
-    if !(count >= 1.0 && (count * span / TAU - 1.0).abs() <= TYPED) {
+    if !(count >= 1.0 && (count * span / TAU - 1.0).abs() <= EQUAL) {
         return Err(format!(
             "the points of a table over an angle must span a turn, 2 pi = {TAU} rad, or a whole part of it, got {span}"
         ));
@@ -319,5 +317,5 @@ fn repeated(points: &[f64], values: &[f64], driven: Coupled) -> Result<(f64, Cur
 fn whole_part_of_a_turn(angle: f64) -> Option<f64> {
     let turns = angle / TAU;
     let near = if turns.abs() >= 1.0 { turns.round() } else { 1.0 / (1.0 / turns).round() };
-    ((turns / near - 1.0).abs() <= TYPED).then_some(near * TAU)
+    ((turns / near - 1.0).abs() <= EQUAL).then_some(near * TAU)
 }

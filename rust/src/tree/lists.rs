@@ -2,6 +2,7 @@
 //! bodies.
 
 use crate::contact::film::FilmLaw;
+use crate::numerics::accuracy::ROUNDING;
 use crate::scene::loads::{Expression, Load as SceneLoad};
 use crate::scene::parts::{Attachment, Force, ForceFrame, Joint, JointKind, length_scale};
 use crate::scene::quantities::Quantity;
@@ -12,9 +13,6 @@ use crate::tree::forces::{AppliedForce, AppliedTorque, Bushing, Film, Link, Pull
 use crate::tree::kinematics::{Frame, Vec2};
 use crate::tree::loads::{Load, MotionLoad, Variable};
 use crate::tree::span::{Builder, Placement};
-
-/// Rounding error of a position relative to the size of the mechanism: some operations along a chain of frames.
-const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// The ideal joints of a scene, in a tree or cut.
 struct IdealJoints {

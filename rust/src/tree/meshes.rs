@@ -1,11 +1,8 @@
 //! Teeth: where the wheels of a coupling touch, and which joints hold them there.
 
+use crate::numerics::accuracy::EQUAL;
 use crate::tree::elements::{CoupledCoordinate, Coupling, FramePoint, IdealKind, Mesh, Realization, Tree};
 use crate::tree::kinematics::{FrameKind, Vec2, perp};
-
-/// Distance of two points of a body relative to the size of the mechanism up to which they are the same: numbers are
-/// typed with ten digits.
-const SAME: f64 = 1e-9;
 
 /// The center of a wheel on the frame that holds it, and the closures on the way there, with the factor of a force on the
 /// wheel in theirs.
@@ -21,9 +18,9 @@ impl Tree {
     /// Why there is no pitch point at rest on one body.
     pub(super) fn mesh(&self, coupling: &Coupling, pressure_angle: f64, size: f64) -> Result<Mesh, String> {
         match (coupling.driver.slide, coupling.driven.slide) {
-            (None, None) => self.mesh_of_wheels(coupling, pressure_angle, SAME * size),
-            (None, Some(slide)) => self.mesh_of_rack(coupling, slide, pressure_angle, SAME * size),
-            (Some(slide), None) => self.mesh_of_rack(coupling, slide, pressure_angle, SAME * size),
+            (None, None) => self.mesh_of_wheels(coupling, pressure_angle, EQUAL * size),
+            (None, Some(slide)) => self.mesh_of_rack(coupling, slide, pressure_angle, EQUAL * size),
+            (Some(slide), None) => self.mesh_of_rack(coupling, slide, pressure_angle, EQUAL * size),
             (Some(_), Some(_)) => Err("must be left out: two displacements have no teeth".to_owned()),
         }
     }
@@ -42,7 +39,7 @@ impl Tree {
         let [first, second] = ends.map(|end| self.axle(end, carrier, near));
         let (first, second) = (first?, second?);
         let (a, b) = (first.center, second.center);
-        if (b - a).norm() <= near || (ratio - 1.0).abs() <= SAME {
+        if (b - a).norm() <= near || (ratio - 1.0).abs() <= EQUAL {
             return Err("needs two wheels with different centers, and a ratio other than 1".to_owned());
         }
         // Both wheels move alike there.

@@ -7,14 +7,11 @@ mod solution;
 use crate::contact::sticking::Traction;
 use crate::dynamics::Dynamics;
 use crate::dynamics::reactions::Wrench;
-use crate::dynamics::response::ROUNDING;
+use crate::numerics::accuracy::{HALF_DIGITS, ROUNDING_OF_SOLUTION};
 use crate::numerics::turns::with_turns;
 use crate::tree::elements::Tree;
 use crate::tree::friction::{DryJoint, Reacting};
 use crate::tree::kinematics::Coordinate;
-
-/// Square of the sine of the angle between two motions that count as one: a correlation loses half of its digits.
-const DEPENDENT: f64 = 1.490_116_119_384_765_6e-8;
 
 /// What friction of size one in a joint adds to the accelerations and multipliers.
 #[derive(Clone, Debug, Default)]
@@ -144,7 +141,7 @@ impl Dynamics<'_> {
     pub fn dry_inertia(&self, index: usize) -> f64 {
         let Some(friction) = &self.friction else { return f64::NAN };
         let accelerance = friction.accelerance(index, index);
-        let moves = accelerance > ROUNDING * friction.responses[index].without_loops;
+        let moves = accelerance > ROUNDING_OF_SOLUTION * friction.responses[index].without_loops;
         if moves { 1.0 / accelerance } else { f64::INFINITY }
     }
 
@@ -153,7 +150,7 @@ impl Dynamics<'_> {
     pub fn dry_correlation(&self, index: usize, other: usize) -> f64 {
         let correlation =
             self.friction.as_ref().map_or(f64::NAN, |friction| friction.correlation(index, other));
-        if 1.0 - correlation * correlation <= DEPENDENT { correlation.signum() } else { correlation }
+        if 1.0 - correlation * correlation <= HALF_DIGITS { correlation.signum() } else { correlation }
     }
 
     /// Finds the friction in the state last moved to; false where it has two solutions or none.

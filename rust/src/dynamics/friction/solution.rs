@@ -15,17 +15,11 @@
 //! They share it as springs would that are loaded together, φ_j = Σ_p C_jp y_p, with the correlation C of their motions. It is
 //! ±1 between joints that can only move together: these transmit equal fractions, and slide from the same instant on.
 
-use super::{DEPENDENT, Friction, Response, along};
+use super::{Friction, Response, along};
 use crate::dynamics::Dynamics;
+use crate::numerics::accuracy::{EQUAL, HALF_DIGITS, NEWTON_STEPS, ROUNDING};
 use crate::numerics::linear::{lu_factor, lu_solve, symmetric_solve};
 use crate::tree::friction::DryJoint;
-
-/// Most steps of Newton's method; a few suffice.
-const STEPS: usize = 20;
-/// Residual that counts as rounding, relative to the friction of all terms of a reaction.
-const SOLVED: f64 = 64.0 * f64::EPSILON;
-/// Acceleration that counts as none where a joint begins to slide, relative to its terms.
-const SETTLED: f64 = 1e-9;
 
 /// An equation of friction: what is left of it, the size of its terms, its derivatives.
 type Equation = (f64, f64, Vec<f64>);
@@ -90,7 +84,7 @@ impl Friction<'_> {
     /// Direction in which a joint accelerates from rest; zero within rounding errors.
     pub(super) fn accelerates(&self, joint: usize) -> f64 {
         let (acceleration, size) = self.accelerations(joint);
-        if acceleration.abs() <= SETTLED * size { 0.0 } else { acceleration.signum() }
+        if acceleration.abs() <= EQUAL * size { 0.0 } else { acceleration.signum() }
     }
 
     /// Those of some joints whose motions are independent, on which the motions of the others depend.
@@ -100,7 +94,7 @@ impl Friction<'_> {
         let mut found = Vec::new();
         for (place, &joint) in joints.iter().enumerate() {
             let (done, rest) = rows.split_at_mut(place + 1);
-            if done[place][place] > DEPENDENT {
+            if done[place][place] > HALF_DIGITS {
                 found.push(joint);
                 subtract(&done[place], rest, place);
             }
@@ -179,12 +173,12 @@ impl Friction<'_> {
         let pulling = self.independent(held);
         let mut pulls = vec![0.0; pulling.len()];
         let mut solved = false;
-        for _ in 0..STEPS {
+        for _ in 0..NEWTON_STEPS {
             if solved || self.fault.is_some() {
                 break;
             }
             let equations = self.equations(held, &pulling);
-            solved = equations.iter().all(|(left, size, _)| left.abs() <= SOLVED * size);
+            solved = equations.iter().all(|(left, size, _)| left.abs() <= ROUNDING * size);
             let mut change: Vec<f64> = equations.iter().map(|(left, ..)| *left).collect();
             let Some((matrix, pivots)) = factor(equations) else { return solved };
             lu_solve(&matrix, change.len(), &pivots, &mut change);

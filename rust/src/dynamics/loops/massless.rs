@@ -9,14 +9,11 @@
 //! with the same accelerations, and the same nearest state that closes the loops. It is regular where the closures are
 //! independent and every motion that they allow moves a mass or turns a moment of inertia.
 
+use crate::numerics::accuracy::HALF_DIGITS;
 use nalgebra::DMatrix;
 
 use crate::dynamics::Dynamics;
 use crate::numerics::linear::symmetric_factor;
-
-/// Pivot of the mass matrix, relative to its diagonal, below which a direction counts as one in which no mass moves:
-/// accelerations keep half of their digits. Only where bodies without mass or moment of inertia allow such directions.
-const NEARLY_MASSLESS: f64 = 1.5e-8;
 
 impl Dynamics<'_> {
     /// Factors the mass matrix; false where it is singular.
@@ -34,7 +31,7 @@ impl Dynamics<'_> {
         let (mass, diagonal) = (&mut self.mass, &mut self.composites.diagonal);
         diagonal.iter_mut().enumerate().for_each(|(i, entry)| *entry = mass[i * d + i]);
         // The factor holds inverse pivots.
-        let is_strong = |mass: &[f64], i: usize, entry: f64| NEARLY_MASSLESS * entry * mass[i * d + i] <= 1.0;
+        let is_strong = |mass: &[f64], i: usize, entry: f64| HALF_DIGITS * entry * mass[i * d + i] <= 1.0;
         let regular = symmetric_factor(mass, d)
             && diagonal.iter().enumerate().all(|(i, entry)| is_strong(mass, i, *entry));
         self.composites.is_singular = !regular;
@@ -71,9 +68,9 @@ impl Dynamics<'_> {
             return Vec::new();
         }
         let eigen = scaled.symmetric_eigen();
-        let free = (0..d).filter(|&mode| eigen.eigenvalues[mode] <= NEARLY_MASSLESS);
+        let free = (0..d).filter(|&mode| eigen.eigenvalues[mode] <= HALF_DIGITS);
         let moves =
-            |i: usize| free.clone().any(|mode| eigen.eigenvectors[(i, mode)].abs() > NEARLY_MASSLESS.sqrt());
+            |i: usize| free.clone().any(|mode| eigen.eigenvectors[(i, mode)].abs() > HALF_DIGITS.sqrt());
         let bodies = self.tree.bodies.iter().enumerate();
         bodies
             .filter(|(_, body)| body.mass == 0.0 || body.inertia == 0.0)

@@ -2,17 +2,8 @@
 
 use super::{DAMPING, NEARLY_DEPENDENT};
 use crate::dynamics::Dynamics;
+use crate::numerics::accuracy::{NEWTON_STEPS, ROUNDING};
 use crate::tree::elements::{CLOSURE_ROWS, Scales};
-
-/// Most Newton steps of a projection. Two usually suffice; a step of a motion that drives prescribe takes up
-/// to ten.
-const PROJECTIONS: usize = 20;
-/// Largest gap relative to the positions, and gap rate relative to the velocities, that count as rounding.
-/// For comparison, steps at a tight tolerance left gaps of at most 2.5 ε times the size of a six-bar or quick
-/// return and gap rates of 1.9 ε times its speed; the medians were 0.45 ε and 0.3 ε.
-const ROUNDING: f64 = 16.0 * f64::EPSILON;
-/// The same for a gap of which nothing is known: about one rounding of the positions.
-const ONE_ROUNDING: f64 = f64::EPSILON;
 
 /// Size of a projection onto the loop closures. Coordinates are multiplied by their levers: the largest
 /// distance that a point moves per unit of the coordinate.
@@ -63,7 +54,7 @@ impl Dynamics<'_> {
             Correction { rounded_position: true, rounded_velocity: true, ..Correction::default() };
         let mut closed = !self.tree.has_loops();
         let mut a = std::mem::take(&mut self.scratch);
-        for _ in 0..PROJECTIONS {
+        for _ in 0..NEWTON_STEPS {
             if closed || !self.acceleration(t, q, v, &mut a) {
                 break;
             }
@@ -121,8 +112,8 @@ impl Dynamics<'_> {
         let judge = |all: Gaps, [gap, reach]: [f64; 2], [rate, rounded]: [f64; 2]| Gaps {
             passes,
             closed: all.closed && gap <= ROUNDING * reach,
-            unknown: all.unknown && gap <= ONE_ROUNDING * reach,
-            unknown_rates: all.unknown_rates && rate <= rounded + ONE_ROUNDING * reach * here,
+            unknown: all.unknown && gap <= f64::EPSILON * reach,
+            unknown_rates: all.unknown_rates && rate <= rounded + f64::EPSILON * reach * here,
             rounded_rates: all.rounded_rates && rate <= rounded + ROUNDING * reach * left,
         };
         let closed = self.tree.closures.iter().fold(all, |all, closure| {

@@ -4,19 +4,13 @@ use crate::contact::sticking::Traction;
 use crate::integrators::events::Guard;
 use crate::integrators::{StateAt, Status};
 use crate::mechanism::compiled::Mechanism;
+use crate::numerics::accuracy::{HALF_DIGITS, NEWTON_STEPS};
 use crate::run::contacts::guards::{ONSET_PART, RATIO_PART};
 use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::{Event, EventKind, Place};
 use crate::run::motion::Motion;
 use crate::run::tolerances::Tolerances;
 use crate::tree::elements::IdealKind;
-
-/// Smallest stretch of the spring of a joint under its largest friction, relative to the size of the mechanism: at the
-/// square root of a rounding error its force still has half of its digits.
-const LEAST_STRETCH: f64 = 1.490_116_119_384_765_6e-8;
-
-/// Most changes of joints at rest between sticking and sliding until all agree.
-const PASSES: usize = 50;
 
 /// Unit of the coordinate of a joint at the size of the mechanism: 1 [rad], or that size [m].
 fn reach(mechanism: &Mechanism, index: usize) -> f64 {
@@ -77,7 +71,7 @@ fn anchor(motion: &mut Motion, rtol: f64, joints: &[usize]) {
     let mechanism = motion.mechanism;
     let roots: Vec<f64> = joints.iter().map(|&index| motion.dynamics.dry_inertia(index).sqrt()).collect();
     let stretches = joints.iter().zip(&roots);
-    let stretches = stretches.map(|(&index, root)| rtol.max(LEAST_STRETCH) * reach(mechanism, index) * root);
+    let stretches = stretches.map(|(&index, root)| rtol.max(HALF_DIGITS) * reach(mechanism, index) * root);
     let stretch = stretches.fold(f64::INFINITY, f64::min);
     let rate = 2.0 * mechanism.scales.speed / mechanism.scales.length;
     for (&index, root) in joints.iter().zip(&roots) {
@@ -110,7 +104,7 @@ fn direct(motion: &mut Motion, joints: &[usize], index: usize, direction: f64) {
 /// Finds which of some joints at rest stick and which slide in the state last moved to, from what they do now: all go where
 /// their friction lets them until none has to. False where there is no choice that is right for all, or none was found.
 fn hold(motion: &mut Motion, rtol: f64, joints: &[usize]) -> bool {
-    for _ in 0..PASSES {
+    for _ in 0..NEWTON_STEPS {
         let sticks = |index: &usize| motion.dynamics.tractions()[*index].sticks();
         let held: Vec<usize> = joints.iter().copied().filter(sticks).collect();
         if !motion.dynamics.hold_joints(&held) {

@@ -11,6 +11,7 @@
 use crate::contact::pair::{ContactState, Phase, SlidingVelocity};
 use crate::integrators::dense::DenseStep;
 use crate::mechanism::compiled::Mechanism;
+use crate::numerics::accuracy::ROUNDING_OF_SOLUTION;
 use crate::run::motion::Motion;
 use crate::run::settings::Settings;
 use crate::run::work::{GAUSS, GAUSS_OF_SHORT};
@@ -37,8 +38,6 @@ const ALWAYS_CHECKED_CHANGE: f64 = 0.1;
 const MEMORY: f64 = 0.9;
 /// Standard deviations of the sampled sum that are subtracted as sampling error.
 const SUBTRACTED_DEVIATIONS: f64 = 1.5;
-/// Rounding error of the energies, relative to their size.
-const ROUNDING: f64 = 1e-12;
 /// Multiples of the golden ratio modulo 1 fill the unit interval evenly, without resonance with periodic
 /// steps.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
@@ -178,7 +177,7 @@ impl Balance {
         Self {
             run: [begin, settings.skip + settings.duration],
             limit: settings.rtol.clamp(least, most),
-            least_rounding: ROUNDING * mechanism.energy_scale(),
+            least_rounding: ROUNDING_OF_SOLUTION * mechanism.energy_scale(),
             slides: vec![Slide { velocity: 1.0, rate: 0.0 }; mechanism.slots.len()],
             ..Self::default()
         }
@@ -238,7 +237,7 @@ impl Balance {
         if !gap.is_finite() {
             return;
         }
-        let rounding = ROUNDING * (end.stored.kinetic + end.stored.potential.abs());
+        let rounding = ROUNDING_OF_SOLUTION * (end.stored.kinetic + end.stored.potential.abs());
         let mut square = gap * gap;
         if stiff {
             self.recent_gap = gap.abs().max(MEMORY * self.recent_gap);

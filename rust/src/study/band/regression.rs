@@ -9,18 +9,11 @@
 //! the polynomials of every lower degree, so that one factorization serves all. With the leverage h_i, the squared
 //! norm of row i of Q, the error at a point left out is its residual over 1 - h_i (`[Allen1974]`).
 
+use crate::numerics::accuracy::SINGULAR;
 use nalgebra::DMatrix;
 
 use crate::study::chebyshev::add_scaled;
 use crate::study::sweep::Monitor;
-
-/// The polynomial passes through points of a leverage nearer to 1, so that their residuals are no measure of its
-/// error.
-const LARGEST_LEVERAGE: f64 = 1.0 - 1e-6;
-
-/// A column of the basis that is nearer than this to the span of the columns before it, relative to its length, is
-/// taken as linearly dependent at these points.
-const SMALLEST_INDEPENDENT_PART: f64 = 1e-6;
 
 /// Exponents of all terms up to a total degree, row-major terms x parameters, in the order of their degrees.
 pub fn exponents(parameters: usize, degree: usize) -> Vec<usize> {
@@ -139,12 +132,11 @@ impl Regression {
         let mut regression =
             Self { runs, parameters, terms: Vec::new(), orthonormal, triangle, leverages: Vec::new() };
         for count in terms {
-            let independent =
-                (0..count).all(|c| regression.triangle[(c, c)].abs() > SMALLEST_INDEPENDENT_PART * norms[c]);
+            let independent = (0..count).all(|c| regression.triangle[(c, c)].abs() > SINGULAR * norms[c]);
             let leverages: Vec<f64> = (0..runs)
                 .map(|run| regression.orthonormal[run * columns..][..count].iter().map(|q| q * q).sum())
                 .collect();
-            if !independent || leverages.iter().any(|&leverage| leverage > LARGEST_LEVERAGE) {
+            if !independent || leverages.iter().any(|&leverage| 1.0 - leverage < SINGULAR) {
                 break;
             }
             regression.terms.push(count);

@@ -6,6 +6,7 @@ use super::regression::{Regression, exponents};
 use super::running::{Window, running_maximum};
 use super::sparse_range::{COARSE, SparseRange};
 use super::{OutputBand, Polynomial};
+use crate::numerics::accuracy::ROUNDING_OF_SOLUTION;
 use crate::study::chebyshev::Polynomials;
 use crate::study::range::polynomial_ranges;
 use rayon::prelude::*;
@@ -24,9 +25,6 @@ pub const LARGEST_TRUSTED_ERROR: f64 = 0.05;
 
 /// No higher degree is tried below this error.
 const NEGLIGIBLE_ERROR: f64 = 1e-3;
-
-/// Differences that are rounding, over the size of a value.
-pub const ROUNDING: f64 = 1e-12;
 
 /// Number of instants on which the degree is chosen.
 const PROBES: usize = 128;
@@ -264,7 +262,7 @@ fn relative_error(runs: &Runs<'_>, farthest: &[(f64, usize)]) -> f64 {
     let width: f64 = hull.iter().map(|(lower, upper)| upper - lower).sum();
     let error: f64 = farthest.iter().map(|(error, _)| error).sum();
     // Rounding of the fit must not count against an output that does not vary.
-    if error <= ROUNDING * sizes.iter().sum::<f64>() { 0.0 } else { error / width }
+    if error <= ROUNDING_OF_SOLUTION * sizes.iter().sum::<f64>() { 0.0 } else { error / width }
 }
 
 /// Smallest and largest value of all rows at every instant.
@@ -346,7 +344,7 @@ fn held_out_excesses(
                 let value = runs.values[(margin.run as usize * runs.block + row) * runs.samples + at];
                 let score = (value - highest[at]).max(lowest[at] - value) - margin.second;
                 // For an output that does not vary, the fit and its range differ by rounding.
-                if score > ROUNDING * value.abs() {
+                if score > ROUNDING_OF_SOLUTION * value.abs() {
                     excesses.push(Excess { run: margin.run, score });
                 }
             }

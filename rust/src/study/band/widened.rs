@@ -5,8 +5,8 @@
 use super::OutputBand;
 use super::extremes::{Bound, GrowingWindow, NEVER_LEFT_OUT, TopTwo, top_two};
 use super::held_out::{Excess, HeldOut, Runs, persistence};
-use super::resolve::ROUNDING;
 use super::running::{Window, running_mean};
+use crate::numerics::accuracy::ROUNDING_OF_SOLUTION;
 
 /// Longest window to either side [durations]. Half and twice as much give the same bands within 1 to 2 %.
 const LONGEST_WINDOW: f64 = 1.0 / 12.0;
@@ -22,9 +22,6 @@ const SHARE_OF_TAIL: f64 = 0.5;
 /// Ratio of neighboring windows, and their largest number: a grid that ends below a sample.
 const WINDOW_RATIO: f64 = 1.5;
 const WINDOWS: i32 = 12;
-
-/// Keeps divisions defined where nothing varies.
-const TINY: f64 = 1e-300;
 
 /// One side of the runs, as deviations from the mean run; the lower one with opposite signs.
 struct Side {
@@ -112,7 +109,7 @@ fn levels(sides: &[Side; 2], windows: usize, places: f64, error: f64, may_be_out
         }
     }
     let mean = sum / count.max(1.0);
-    let variance = (square / count.max(1.0) - mean * mean).max(TINY);
+    let variance = (square / count.max(1.0) - mean * mean).max(f64::MIN_POSITIVE);
     let shape = 0.5 * (1.0 - mean * mean / variance);
     let scale = mean * (1.0 - shape);
     let shape = if shape + error == 0.0 { 1e-9 } else { shape + error };
@@ -147,7 +144,7 @@ impl Side {
         let overall = reach.iter().sum::<f64>() / samples as f64;
         let longest = windows[windows.len() - 1];
         let local = runs.ends.over(&reach, Window::new(longest as f64), running_mean);
-        let spread = local.iter().map(|local| (local + overall).max(TINY)).collect();
+        let spread = local.iter().map(|local| (local + overall).max(f64::MIN_POSITIVE)).collect();
         let labels: Vec<u32> = largest.iter().map(|top| top.run).collect();
         let mut growing = GrowingWindow::new(largest.clone(), runs.ends);
         let bounds = windows.iter().map(|&half| Bound::over(half, &mut growing, &labels)).collect();
@@ -181,7 +178,7 @@ impl Side {
                 }
                 let score = row - without - level * self.spread[at];
                 // A mean of equal numbers is rounded.
-                if score > ROUNDING * self.spread[at] {
+                if score > ROUNDING_OF_SOLUTION * self.spread[at] {
                     outside.widened.push(Excess { run, score });
                 }
             }
