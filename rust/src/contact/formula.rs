@@ -5,7 +5,7 @@ use crate::contact::normal::Damping;
 use crate::contact::pair::ContactLaw;
 use crate::expression::dimension::{Dimension, FORCE};
 use crate::expression::tape::Tape;
-use crate::numerics::accuracy::SEARCH_STEPS;
+use crate::numerics::accuracy::{HALVINGS, INTEGRAL_ERROR, SEARCH_STEPS};
 use crate::numerics::dual::{Dual, Scalar};
 
 /// The quantities of which a normal force may be a formula, in the order of its variables.
@@ -19,10 +19,6 @@ pub const MOST_SWITCHES: usize = 16;
 
 /// Impact velocity [m/s] at which the elastic part of a formula is taken.
 const UNIT_VELOCITY: f64 = 1.0;
-/// Error of the elastic energy relative to force times penetration, and halvings of the penetration that it may take.
-const ENERGY_ERROR: f64 = 1e-9;
-const MOST_HALVINGS: u32 = 20;
-
 /// A formula, compiled.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Formula {
@@ -90,7 +86,7 @@ impl Formula {
         // Over the root of the penetration, in which powers of halves are smooth.
         let along = |root: f64| 2.0 * root * self.elastic_force(root * root);
         let scale = self.elastic_force(penetration).abs() * penetration;
-        integral(&along, [0.0, penetration.sqrt()], ENERGY_ERROR * scale, MOST_HALVINGS)
+        integral(&along, [0.0, penetration.sqrt()], INTEGRAL_ERROR * scale, HALVINGS)
     }
 
     /// Penetration [m], up to a largest one, at which the elastic part carries a load [N].

@@ -3,6 +3,7 @@
 use super::{Dynamics, SlotMotion};
 use crate::contact::pair::{ContactState, Phase, RelativeMotion};
 use crate::expression::tape::MOST_VARIABLES;
+use crate::numerics::accuracy::ROUNDING;
 use crate::numerics::dual::{Dual, Scalar};
 use crate::tree::elements::ContactSlot;
 use crate::tree::kinematics::{PointState, Vec2};
@@ -158,7 +159,7 @@ impl Dynamics<'_> {
             let (size, error) = self.sizes(*variable, errors);
             distance.rate += slope * if is_velocity(*variable) { f64::NAN } else { self.rate(*variable) };
             distance.error += slope.abs() * error;
-            distance.rounding += slope.abs() * 4.0 * f64::EPSILON * (size + value.abs());
+            distance.rounding += slope.abs() * ROUNDING * (size + value.abs());
         }
         distance
     }

@@ -4,6 +4,7 @@ use crate::integrators::events::{EventFinder, Guard};
 use crate::integrators::{
     HybridSystem, Limits, NextLimits, Outcome, Projection, StateAt, Stats, Status, Stepper,
 };
+use crate::numerics::accuracy::ROUNDING_OF_CHAIN;
 use crate::numerics::logarithm::power;
 
 /// Parts of a step at which its polynomial is judged: at one of them the error of a method may vanish (in the middle that
@@ -218,12 +219,12 @@ impl Run<'_> {
     /// start of a run of hours may need steps shorter than the rounding of its final time.
     fn shortest(&self) -> f64 {
         let time = self.t.abs().max(EARLIEST * (self.end - self.t).abs());
-        (16.0 * f64::EPSILON * time).max(f64::MIN_POSITIVE)
+        (ROUNDING_OF_CHAIN * time).max(f64::MIN_POSITIVE)
     }
 
     /// Shortest part of a step of length `h` that advances the time.
     pub(super) fn resolution(&mut self, h: f64) -> f64 {
-        16.0 * f64::EPSILON * (self.t.abs() + h)
+        ROUNDING_OF_CHAIN * (self.t.abs() + h)
     }
 
     pub(super) fn take(&mut self, h: f64) -> bool {

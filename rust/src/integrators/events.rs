@@ -9,7 +9,8 @@
 use crate::integrators::control::Failure;
 use crate::integrators::dense::DenseStep;
 use crate::integrators::{HybridSystem, Status};
-use crate::numerics::accuracy::SEARCH_STEPS;
+use crate::numerics::accuracy::{ROUNDING, SEARCH_STEPS};
+use crate::numerics::extremum::highest_within;
 
 /// Value of a guard function.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,12 +43,6 @@ impl Guard {
 const PIECES: usize = 8;
 /// The same in a step that is short against every oscillation of the motion.
 const PIECES_OF_SHORT: usize = 2;
-
-/// Ratio of the golden section.
-const GOLDEN: f64 = 0.618_033_988_749_894_8;
-/// Golden sections of the search for a minimum where the rate is unknown. They find its instant to 3e-8 of an
-/// eighth of the step, and therefore its value to rounding.
-const SECTIONS: usize = 36;
 
 /// Finds events on steps; owns the scratch memory.
 #[derive(Clone, Debug)]
@@ -223,37 +218,20 @@ impl Search<'_> {
                 break;
             }
             if guard.rate.is_nan() {
-                return self.minimum_by_sections(index, [a, b]);
+                let depth = |theta: f64| -self.evaluate(index, theta).value;
+                let (theta, _) = highest_within([a, b], (theta, -guard.value), depth);
+                return (theta, self.evaluate(index, theta));
             }
             if guard.rate < 0.0 { a = theta } else { b = theta }
         }
         lowest
     }
 
-    /// The same by golden sections, where the rate is unknown.
-    fn minimum_by_sections(&mut self, index: usize, [mut a, mut b]: [f64; 2]) -> (f64, Guard) {
-        let mut at = |theta: f64| (theta, self.evaluate(index, theta));
-        let (mut left, mut right) = (at(b - GOLDEN * (b - a)), at(a + GOLDEN * (b - a)));
-        for _ in 0..SECTIONS {
-            if left.1.is_crossed() || right.1.is_crossed() {
-                break;
-            }
-            if left.1.value < right.1.value {
-                (b, right) = (right.0, left);
-                left = at(b - GOLDEN * (b - a));
-            } else {
-                (a, left) = (left.0, right);
-                right = at(a + GOLDEN * (b - a));
-            }
-        }
-        if left.1.value < right.1.value { left } else { right }
-    }
-
     /// Root between `a` (value > 0) and `b` (value < 0): the Illinois variant of regula falsi,
     /// with bisection whenever it fails to halve the bracket in three steps.
     fn illinois(&mut self, index: usize, mut a: f64, mut value_a: f64, mut b: f64) -> Result<f64, Failure> {
         let mut value_b = self.evaluate(index, b).value;
-        let tolerance = 4.0 * f64::EPSILON * (self.step.t.abs() + self.step.h) / self.step.h;
+        let tolerance = ROUNDING * (self.step.t.abs() + self.step.h) / self.step.h;
         let mut side = 0;
         let mut width = b - a;
         for iteration in 0..SEARCH_STEPS {

@@ -3,6 +3,7 @@
 
 use crate::integrators::{Outcome, Stats, Status};
 use crate::mechanism::compiled::Mechanism;
+use crate::numerics::accuracy::{HALVINGS, INTEGRAL_ERROR, ROUNDING_OF_CHAIN};
 use crate::run::contacts::dry_joints::settle_directions;
 use crate::run::contacts::phases::Phases;
 use crate::run::motion::Motion;
@@ -13,12 +14,6 @@ use crate::run::work::pace::continued;
 /// Largest rotation of a drive [rad] in one step of the continuation of the kinematic solution. The error of
 /// the initial guess is then a few thousandths of the size of the mechanism, far from any other branch.
 const LARGEST_ROTATION: f64 = 0.05;
-/// Error of the work of a piece above which the piece is halved, relative to the energies and to the work of the drives.
-/// A coordinate may run through a peak of its velocity while the drives hardly move.
-const WORK_ERROR: f64 = 1e-9;
-/// Halvings of a piece after which it counts as it is: next to a singular configuration powers have no bound.
-const HALVINGS: u32 = 24;
-
 /// The motion of a mechanism that its drives prescribe completely, from an instant [s] to `end`;
 /// nothing is integrated.
 ///
@@ -133,7 +128,7 @@ fn first_switch(motion: &mut Motion, t: f64, to: f64, q: &[f64], v: &[f64]) -> O
     if !switches_until(to) {
         return None;
     }
-    while high - low > 16.0 * f64::EPSILON * to.abs() {
+    while high - low > ROUNDING_OF_CHAIN * to.abs() {
         let middle = 0.5 * (low + high);
         if switches_until(middle) { high = middle } else { low = middle }
     }
@@ -174,7 +169,7 @@ fn work_on(motion: &mut Motion, t: f64, to: f64, q: &mut [f64], v: &mut [f64], h
         .chain(&end)
         .fold(turnover.max(motion.mechanism.energy_scale()), |size, energy| size.max(energy.abs()));
     // Not where the work is unknown.
-    if halvings > 0 && error > WORK_ERROR * size {
+    if halvings > 0 && error > INTEGRAL_ERROR * size {
         let middle = 0.5 * (t + to);
         q.copy_from_slice(&start_q);
         v.copy_from_slice(&start_v);

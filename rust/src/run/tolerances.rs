@@ -5,6 +5,7 @@ use crate::contact::pair::{ContactState, Phase};
 use crate::dynamics::Correction;
 use crate::error::{InputError, Problem, Subject};
 use crate::mechanism::compiled::Mechanism;
+use crate::numerics::accuracy::ROUNDING;
 use crate::numerics::logarithm::power;
 use crate::run::settings::{DEFAULT_RTOL, Settings};
 use crate::tree::elements::{ContactScales, State};
@@ -138,7 +139,7 @@ impl Tolerances {
             };
             tighter * scales.contacts.iter().map(largest).fold(f64::INFINITY, f64::min)
         };
-        let finest = 4.0 * f64::EPSILON * scales.length;
+        let finest = ROUNDING * scales.length;
         let position =
             (settings.rtol * position_scale).min(resting(|contact| contact.resting_penetration)).max(finest);
         // If nothing moves, falls or is driven, the speed scale is the position scale over the duration.

@@ -1,7 +1,7 @@
 //! Quantities tracked through the dense output of every step, for the features of a run; an observer of its steps.
 
 use crate::integrators::dense::DenseStep;
-use crate::numerics::accuracy::ROUNDING;
+use crate::numerics::accuracy::ROUNDING_OF_CHAIN;
 use crate::numerics::extremum::highest_within;
 use crate::run::contacts::{Contact, Event};
 use crate::run::features::{Plan, RunningStats};
@@ -210,7 +210,7 @@ impl Tracking {
             let (left, right) = (k.saturating_sub(1), (k + 1).min(LAST));
             let way = value - values[left].min(values[right]);
             let top = value >= values[left] && (value > values[right] || k == LAST);
-            if !top || way <= ROUNDING * value.abs() || value + way <= best.1 {
+            if !top || way <= ROUNDING_OF_CHAIN * value.abs() || value + way <= best.1 {
                 continue;
             }
             let mut at = |time: f64| sign * self.tracked_value(index, time, motion, state);

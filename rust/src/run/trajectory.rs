@@ -4,6 +4,7 @@ use crate::error::Notice;
 use crate::error::{InputError, Problem, Subject};
 use crate::integrators::{Outcome, Stats, Status, integrate};
 use crate::mechanism::compiled::Mechanism;
+use crate::numerics::accuracy::ROUNDING_OF_CHAIN;
 use crate::numerics::memory::filled;
 use crate::run::contacts::phases::Watched;
 pub use crate::run::contacts::{Contact, Event, EventKind, Place, event_joint};
@@ -457,7 +458,7 @@ fn check_functions(mechanism: &Mechanism, start: f64, end: f64) -> Result<(), In
         .time_functions()
         .filter_map(|(name, function)| {
             let [first, last] = function.domain();
-            let rounding = 64.0 * f64::EPSILON * end.abs();
+            let rounding = ROUNDING_OF_CHAIN * end.abs();
             (start < first - rounding || end > last + rounding).then(|| {
                 Problem::new(
                     "settings.duration",

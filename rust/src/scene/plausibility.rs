@@ -4,6 +4,7 @@
 //! Each limit lies far outside the range of machines that have been built, so that a warning is nearly always
 //! right.
 
+use crate::numerics::accuracy::ROUNDING;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::error::Notice;
@@ -293,7 +294,7 @@ fn in_degrees(angle: f64) -> Option<f64> {
     (-2..=2).find_map(|quarters| {
         let degrees = angle + f64::from(quarters) * FRAC_PI_2;
         let half = (2.0 * degrees).round() / 2.0;
-        let round = (degrees - half).abs() <= 4.0 * f64::EPSILON * half.abs();
+        let round = (degrees - half).abs() <= ROUNDING * half.abs();
         (round && half.abs() >= DEGREES[0] && half.abs() <= DEGREES[1]).then_some(half)
     })
 }

@@ -2,7 +2,7 @@
 //! bodies.
 
 use crate::contact::film::FilmLaw;
-use crate::numerics::accuracy::ROUNDING;
+use crate::numerics::accuracy::ROUNDING_OF_CHAIN;
 use crate::scene::loads::{Expression, Load as SceneLoad};
 use crate::scene::parts::{Attachment, Force, ForceFrame, Joint, JointKind, length_scale};
 use crate::scene::quantities::Quantity;
@@ -184,7 +184,7 @@ impl Builder<'_> {
             stiffness: *stiffness,
             length: *length,
             damping: *damping,
-            indistinct: if directed { ROUNDING * length_scale(self.scene) } else { 0.0 },
+            indistinct: if directed { ROUNDING_OF_CHAIN * length_scale(self.scene) } else { 0.0 },
         });
     }
 

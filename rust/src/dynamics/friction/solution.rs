@@ -17,7 +17,7 @@
 
 use super::{Friction, Response, along};
 use crate::dynamics::Dynamics;
-use crate::numerics::accuracy::{EQUAL, HALF_DIGITS, NEWTON_STEPS, ROUNDING};
+use crate::numerics::accuracy::{EQUAL, HALF_DIGITS, NEWTON_STEPS, ROUNDING_OF_CHAIN};
 use crate::numerics::linear::{lu_factor, lu_solve, symmetric_solve};
 use crate::tree::friction::DryJoint;
 
@@ -178,7 +178,7 @@ impl Friction<'_> {
                 break;
             }
             let equations = self.equations(held, &pulling);
-            solved = equations.iter().all(|(left, size, _)| left.abs() <= ROUNDING * size);
+            solved = equations.iter().all(|(left, size, _)| left.abs() <= ROUNDING_OF_CHAIN * size);
             let mut change: Vec<f64> = equations.iter().map(|(left, ..)| *left).collect();
             let Some((matrix, pivots)) = factor(equations) else { return solved };
             lu_solve(&matrix, change.len(), &pivots, &mut change);

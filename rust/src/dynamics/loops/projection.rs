@@ -2,7 +2,7 @@
 
 use super::{DAMPING, NEARLY_DEPENDENT};
 use crate::dynamics::Dynamics;
-use crate::numerics::accuracy::{NEWTON_STEPS, ROUNDING};
+use crate::numerics::accuracy::{NEWTON_STEPS, ROUNDING_OF_CHAIN};
 use crate::tree::elements::{CLOSURE_ROWS, Scales};
 
 /// Size of a projection onto the loop closures. Coordinates are multiplied by their levers: the largest
@@ -111,22 +111,22 @@ impl Dynamics<'_> {
         let all = Gaps { passes, closed: true, unknown: true, unknown_rates: true, rounded_rates: true };
         let judge = |all: Gaps, [gap, reach]: [f64; 2], [rate, rounded]: [f64; 2]| Gaps {
             passes,
-            closed: all.closed && gap <= ROUNDING * reach,
+            closed: all.closed && gap <= ROUNDING_OF_CHAIN * reach,
             unknown: all.unknown && gap <= f64::EPSILON * reach,
             unknown_rates: all.unknown_rates && rate <= rounded + f64::EPSILON * reach * here,
-            rounded_rates: all.rounded_rates && rate <= rounded + ROUNDING * reach * left,
+            rounded_rates: all.rounded_rates && rate <= rounded + ROUNDING_OF_CHAIN * reach * left,
         };
         let closed = self.tree.closures.iter().fold(all, |all, closure| {
             let (a, b) = (self.point(closure.a), self.point(closure.b));
             let (gap, rate) = ((b.position - a.position).amax(), (b.velocity - a.velocity).amax());
             let reach = a.position.amax() + b.position.amax() + size;
-            let rounded = ROUNDING * (a.velocity.amax() + b.velocity.amax() + speed);
+            let rounded = ROUNDING_OF_CHAIN * (a.velocity.amax() + b.velocity.amax() + speed);
             judge(all, [gap, reach], [rate, rounded])
         });
         self.tree.couplings.iter().fold(closed, |all, coupling| {
             let motion = self.coupling_motion(coupling);
             let [reach, of_rate] = motion.reach(coupling, [size, speed, scales.length]);
-            judge(all, [motion.gap.abs(), reach], [motion.rate.abs(), ROUNDING * of_rate])
+            judge(all, [motion.gap.abs(), reach], [motion.rate.abs(), ROUNDING_OF_CHAIN * of_rate])
         })
     }
 

@@ -13,13 +13,10 @@
 
 use super::coefficients::{Alphas, Integrals, KEPT, RECIPROCALS, REGULAR, integrals_over_step};
 use crate::integrators::stages::Stages;
+use crate::numerics::accuracy::ROUNDING;
 
 /// Components that are summed together: one vector register, which two coordinates fill.
 pub(super) const LANES: usize = 2;
-
-/// Lengths of steps are equal if they differ by so many roundings of the time: the steps end on rounded
-/// instants.
-const ROUNDINGS: f64 = 4.0;
 
 /// The weights at equal steps.
 const REGULAR_WEIGHTS: [[f64; 3]; KEPT] = {
@@ -122,7 +119,7 @@ impl Differences {
         self.h = h;
         // A step may raise the order by one, and that needs one difference more.
         self.count = self.count.min(order + 2);
-        self.slack = ROUNDINGS * f64::EPSILON * (t.abs() + h);
+        self.slack = ROUNDING * (t.abs() + h);
         self.regular = self.equal > order && (h - self.length).abs() <= self.slack;
         if self.regular {
             if !std::mem::replace(&mut self.constant, true) {

@@ -4,7 +4,7 @@ use crate::contact::sticking::Traction;
 use crate::integrators::events::Guard;
 use crate::integrators::{StateAt, Status};
 use crate::mechanism::compiled::Mechanism;
-use crate::numerics::accuracy::{HALF_DIGITS, NEWTON_STEPS};
+use crate::numerics::accuracy::{HALF_DIGITS, NEWTON_STEPS, ROUNDING, ROUNDING_OF_CHAIN};
 use crate::run::contacts::guards::{ONSET_PART, RATIO_PART};
 use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::{Event, EventKind, Place};
@@ -155,11 +155,11 @@ pub(crate) fn dry_guard(
     let traction = &motion.dynamics.tractions()[index];
     let velocity = dynamics.dry_velocity(index);
     let (value, resolution, overshoot) = if traction.sticks() {
-        let rounding = 4.0 * f64::EPSILON * traction.stiffness * reach(motion.mechanism, index);
-        (1.0 - dynamics.dry_fraction(index, traction).abs(), rounding + 64.0 * f64::EPSILON, rtol)
+        let rounding = ROUNDING * traction.stiffness * reach(motion.mechanism, index);
+        (1.0 - dynamics.dry_fraction(index, traction).abs(), rounding + ROUNDING_OF_CHAIN, rtol)
     } else {
         let tolerance = velocity_tolerance(motion, tolerances, index);
-        let rounding = 4.0 * f64::EPSILON * velocity.abs();
+        let rounding = ROUNDING * velocity.abs();
         (traction.direction * velocity, rounding + RATIO_PART * tolerance, ONSET_PART * tolerance)
     };
     Guard { value, rate: f64::NAN, margin: 0.0, resolution, overshoot: overshoot.max(8.0 * resolution) }

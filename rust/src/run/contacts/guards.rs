@@ -4,6 +4,7 @@ use crate::contact::pair::{ContactState, Phase, Surfaces};
 use crate::dynamics::Dynamics;
 use crate::integrators::events::Guard;
 use crate::mechanism::compiled::Mechanism;
+use crate::numerics::accuracy::{ROUNDING, ROUNDING_OF_CHAIN};
 use crate::run::contacts::log::ContactLog;
 use crate::run::motion::Motion;
 use crate::run::tolerances::Tolerances;
@@ -132,7 +133,7 @@ impl StepDemands {
 #[inline]
 pub(crate) fn gap_resolution(mechanism: &Mechanism, [journal, bearing]: &[PointState; 2]) -> f64 {
     let size = journal.position.abs().sum() + bearing.position.abs().sum();
-    4.0 * f64::EPSILON * (size + mechanism.scales.length)
+    ROUNDING * (size + mechanism.scales.length)
 }
 
 /// Guard of the gap: zero where the surfaces touch or separate.
@@ -193,8 +194,8 @@ fn tension_guard(
     let ratio = of_formula.map_or_else(|| law.force_ratio(penetration, rate, latch), |[ratio, _]| ratio);
     // Rounding error of the difference of two velocities, and part of the tolerance: with strong damping
     // the ratio stays near zero for long, and its noise must not count as events.
-    let rounding = 4.0 * f64::EPSILON * (journal.velocity.abs().sum() + bearing.velocity.abs().sum());
-    let resolution = 64.0 * f64::EPSILON
+    let rounding = ROUNDING * (journal.velocity.abs().sum() + bearing.velocity.abs().sum());
+    let resolution = ROUNDING_OF_CHAIN
         + slope * (rounding + RATIO_PART * tolerances.damped(law, motion.dynamics.phases[index]));
     Guard {
         value: if clipped { -ratio } else { ratio },

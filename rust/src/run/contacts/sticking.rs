@@ -4,6 +4,7 @@ use crate::contact::pair::Phase;
 use crate::contact::sticking::Traction;
 use crate::dynamics::SlotContact;
 use crate::integrators::events::Guard;
+use crate::numerics::accuracy::{ROUNDING, ROUNDING_OF_CHAIN};
 use crate::numerics::instant::Instant;
 use crate::run::contacts::EventKind;
 use crate::run::contacts::guards::{ONSET_PART, RATIO_PART, gap_resolution};
@@ -80,9 +81,9 @@ fn stick_guard(
         let limit = law.static_coefficient * state.normal_force;
         let slope = law.static_coefficient * slot.law.normal.stiffness_at(state.penetration.max(0.0));
         let rounding = (traction.stiffness + slope) * gap_resolution(motion.mechanism, &ends);
-        (limit - spring.abs(), rounding + 64.0 * f64::EPSILON * limit.abs(), rtol * limit)
+        (limit - spring.abs(), rounding + ROUNDING_OF_CHAIN * limit.abs(), rtol * limit)
     } else {
-        let rounding = 4.0 * f64::EPSILON * ends.iter().map(|end| end.velocity.abs().sum()).sum::<f64>();
+        let rounding = ROUNDING * ends.iter().map(|end| end.velocity.abs().sum()).sum::<f64>();
         let slider = traction.direction * dynamics.slider_velocity(slot, phase, &traction);
         (slider, rounding + RATIO_PART * tolerances.velocity, ONSET_PART * tolerances.velocity)
     };
