@@ -6,7 +6,8 @@ import difflib
 import math
 import numbers
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.random import Generator, default_rng
@@ -190,6 +191,12 @@ class Checks:
             self.add(name, problem, wrong_type=not isinstance(value, str))
             return words[0]
         return str(value)
+
+    def mapping(self, name: str, value: object, to: str) -> Mapping[Any, Any]:
+        """A mapping of names to something; empty if it is None, or after adding a problem."""
+        if value is not None and not isinstance(value, Mapping):
+            self.add(name, f"must map names to {to}, got {value!r}", wrong_type=True)
+        return value if isinstance(value, Mapping) else {}
 
     def names(self, what: str, given: Iterable[object]) -> None:
         """Names that pages, tables and terminals can show."""

@@ -161,34 +161,20 @@ def _lasting(notices: Sequence[Notice]) -> list[Notice]:
 
 def simulated_extremes(runner: Runner, result: StudyResult) -> tuple[WorstCase, ...]:
     """Runs at the worst cases that the polynomials of a result predict; see `StudyResult.check`."""
-    found = [
-        (name, *extreme)
-        for name, band in result.bands.items()
-        if band.verdict == "resolved" and band.surrogate is not None
-        for extreme in predicted_extremes(band)
-    ]
-    if not found:
+    followed = [band for band in result.bands.values() if band.verdict == "resolved" and band.surrogate]
+    if not followed:
         raise ArgumentError(
             "no output is resolved by a polynomial, so there is no worst case to be checked: more runs "
             "may resolve one; features of the runs and their ranking need none"
         )
-    points = np.array([at for _, _, _, at, _ in found])
+    cases = [case for band in followed for case in predicted_extremes(band)]
+    points = np.array([list(case.parameters.values()) for case in cases])
     runs = runner.made(points, result.settings, midpoint=False)
-    columns = [runs.outputs.index(name) for name, *_ in found]
-    rows = {int(point): row for row, point in enumerate(runs.kept)}
-    return tuple(
-        WorstCase(
-            output=name,
-            side=side,
-            time=float(result.t[sample]),
-            parameters=dict(zip(runner.intervals, map(float, at), strict=True)),
-            predicted=predicted,
-            simulated=float(runs.values[rows[point], sample, column]) if point in rows else math.nan,
-        )
-        for point, ((name, side, sample, at, predicted), column) in enumerate(
-            zip(found, columns, strict=True)
-        )
-    )
+    for row, point in enumerate(runs.kept.tolist()):
+        case = cases[point]
+        values = runs.values[row, :, runs.outputs.index(case.output)]
+        cases[point] = replace(case, simulated=float(values[result.t == case.time][0]))
+    return tuple(cases)
 
 
 def _tables(

@@ -27,7 +27,7 @@ from ..run.simulation import run_scene
 from ..scene.columns import column_unit
 from ..scene.parts import ClearanceRevolute
 from ..scene.scene import Scene
-from .spec import check_keywords, checked_fixed
+from .spec import check_keywords
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -197,7 +197,7 @@ def bifurcation(
     given = _checked_values(checks, values)
     if not isinstance(parameter, str):
         checks.add("parameter", f"must be the name of a keyword of build, got {parameter!r}", wrong_type=True)
-    constant = checked_fixed(checks, fixed)
+    constant = dict(checks.mapping("fixed", fixed, "values"))
     check_keywords(checks, build, [str(parameter)], constant)
     count = checks.whole("periods", periods, least=1, most=MOST_PERIODS)
     skipped = checks.whole("discard", discard, least=0, most=MOST_PERIODS)

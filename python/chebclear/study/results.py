@@ -17,7 +17,7 @@ from ..base.named import Named
 from ..base.rows import Array
 from ..base.shown import listed
 from ..base.units import unit
-from ..data.dataset import Dataset
+from ..data.dataset import Dataset, Variable
 from ..data.exports import Exports
 from ..errors import ArgumentError, UnknownNameError
 from ..execution.counts import STATS, Costs
@@ -26,7 +26,7 @@ from ..notices import Notice, WithNotices
 from ..report import html
 from ..report.document import Document
 from ..run.names import column_index
-from ..run.settings import Settings
+from ..run.settings import Settings, common_facts
 from ..run.trajectory import Stats
 from ..scene.columns import column_unit
 from ..scene.scene import Interval, Scene
@@ -39,7 +39,6 @@ from .features.features import NO_FEATURES, FeatureResult, FeatureTable
 from .features.ranking import Ranking
 from .polynomials.surrogate import BoundKind
 from .report.answer import main_numbers
-from .report.dataset import study_dataset
 from .report.document import study_document
 from .report.extent import sampled_ends
 from .report.summary import summary
@@ -376,9 +375,31 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
         """Bands, runs, parameters and features as named arrays with units; see `Exports`.
 
         They are ``slider.x.lower``, ``.upper`` and ``.nominal`` over ``t``, ``slider.x.runs`` over ``run``
-        and ``t``, ``parameters.NAME`` over ``run``, ``features.NAME`` over ``run`` and ``cycle``.
+        and ``t``, ``parameters.NAME`` over ``run``, ``features.NAME`` over ``run`` and ``cycle``. By
+        crank angle ``angle`` is over ``t`` and ``OUTPUT.runs`` over ``run``, ``cycle`` and ``t``.
         """
-        return study_dataset(self)
+        table, variables = self.features, {"t": Variable(("t",), self.t, "s")}
+        facts: dict[str, str | int | float] = {"kind": self.kind, "runs": len(self.parameters)}
+        facts |= common_facts(self.settings, self.scene, self.warnings)
+        for name, band in self.bands.items():
+            for side in ("lower", "upper", "nominal"):
+                variables[f"{name}.{side}"] = Variable(("t",), getattr(band, side), band.unit)
+            axes: tuple[str, ...] = ("run", "t")
+            if band.angle is not None:
+                axes = ("run", "cycle", "t")
+                variables["angle"] = Variable(("t",), band.angle, "rad")
+            variables[f"{name}.runs"] = Variable(axes, self.values(name), band.unit)
+            facts[f"{name}.verdict"] = band.verdict
+            if not math.isnan(band.coverage):
+                facts[f"{name}.coverage"] = band.coverage
+        for name, values in zip(self.parameter_names, self.parameters.T, strict=True):
+            variables[f"parameters.{name}"] = Variable(("run",), values, self.units.get(name, ""))
+        units = dict(zip(table.names, table.units, strict=False))
+        for k, name in enumerate(table.names):
+            variables[f"features.{name}"] = Variable(
+                ("run", "cycle"), table.runs[:, :, k], units.get(name, "")
+            )
+        return Dataset("t", variables, facts)
 
     def _document(self, title: str | None) -> Document:
         return study_document(self, title)

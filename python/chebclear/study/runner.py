@@ -27,14 +27,14 @@ from .sources.asked import (
     require_known,
     tracked_features,
 )
+from .sources.calling import OwnModel
 from .sources.finished import FinishedRuns
-from .sources.own import OwnModel, check_own_features, check_unused
+from .sources.own import check_own_features, check_unused
 from .sources.run_table import RunTable
 from .sources.scenes import SceneRuns
 from .spec import (
     StudySpec,
     check_keywords,
-    checked_fixed,
     checked_intervals,
     returns_a_scene,
 )
@@ -135,7 +135,7 @@ def checked_runner(
         asked = {str(feature): feature for feature in settings.features}
     intervals = checked_intervals(checks, parameters)
     all_units = known_units(build, intervals) | checked_units(checks, units)
-    constant = checked_fixed(checks, fixed)
+    constant = dict(checks.mapping("fixed", fixed, "values"))
     check_keywords(checks, build, intervals, constant)
     if not is_request(progress):
         checks.add("progress", f"must be None, True or callable, got {progress!r}", wrong_type=True)

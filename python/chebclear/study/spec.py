@@ -385,16 +385,6 @@ def checked_intervals(checks: Checks, parameters: object) -> dict[str, Interval]
     }
 
 
-def checked_fixed(checks: Checks, fixed: object) -> dict[str, Any]:
-    """The keywords that are the same for all runs."""
-    if fixed is None:
-        return {}
-    if not isinstance(fixed, Mapping):
-        checks.add("fixed", f"must map names to values, got {fixed!r}", wrong_type=True)
-        return {}
-    return dict(fixed)
-
-
 def per_parameter(
     checks: Checks,
     name: str,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from chebclear import mechanisms, simulate
 from chebclear.paper import case_study as paper, output as paper_output
-from chebclear.study.band.running import running_maximum
+from chebclear.study.band.band import running_maximum
 from chebclear.study.band.zones import spans_below
 
 

@@ -13,10 +13,10 @@ from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
 from ...base import files as records
-from ...base.arguments import Checks
+from ...base.arguments import Checks, as_number
 from ...base.rows import Array
 from ...base.units import unit
-from ...errors import ArgumentError, warn
+from ...errors import ArgumentError, ArgumentTypeError, warn
 from ...report import html
 from ...scene.distributions import Distribution
 from ...scene.scene import Interval
@@ -24,7 +24,6 @@ from ..polynomials.sensitivity import VarianceShares, variance_shares
 from ..polynomials.surrogate import Surrogate
 from .hybrid import QuantileBand, quantile_bounds
 from .margin import Margin, Verdict, doubt_of, effect_doubt, far_off, slope_doubt
-from .running import half_window, running_maximum
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -442,3 +441,27 @@ class Band(records.ArrayRecord):
                 "sensitivity: use features of the runs, such as peak or rms, and their ranking"
             )
         return self.surrogate
+
+
+def running_maximum(values: Array, half: int) -> Array:
+    """Largest value within `half` samples to both sides; windows are truncated at the ends."""
+    # Maxima over spans of 1, 2, 4, ... samples; two overlapping ones of the longest span cover the window.
+    size, width, span = len(values), 2 * half + 1, 1
+    reach = np.pad(values, half, constant_values=-np.inf)
+    while 2 * span <= width:
+        reach = np.maximum(reach[:-span], reach[span:])
+        span *= 2
+    return np.maximum(reach[:size], reach[width - span : width - span + size])
+
+
+def half_window(t: Array, window: float) -> int:
+    """Number of samples to either side in a window of a given length [s], at most all."""
+    number = as_number(window)
+    spacing = float(t[-1] - t[0]) / (len(t) - 1)
+    # A tolerance, so that rounding does not remove one of an exact number of samples.
+    known = number if number is not None and math.isfinite(number) else 0.0
+    half = int(min(0.5 * known / spacing + 1e-6, len(t)))
+    if half < 1:
+        kind = ArgumentTypeError if number is None else ArgumentError
+        raise kind(f"window must be a finite number >= {2.0 * spacing:.6g} [s], two samples, got {window!r}")
+    return min(half, len(t) - 1)

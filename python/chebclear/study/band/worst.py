@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
 from ...base.named import ReadOnlyDict
-from ...base.rows import Array
 from ...base.units import unit
 from ...errors import describe
 from .band import Band
@@ -42,19 +42,21 @@ class WorstCase:
         )
 
 
-def predicted_extremes(band: Band) -> list[tuple[Literal["lower", "upper"], int, Array, float]]:
-    """Side, sample, parameters and value of the highest and lowest prediction of a band with a polynomial.
-
-    They are the points where the polynomial attains the ends of its range, at the instants of the extreme
-    bounds.
-    """
-    high, low = int(np.argmax(band.upper)), int(np.argmin(band.lower))
-    polynomial = band.surrogate
-    assert polynomial is not None, "only bands with a polynomial predict"
-    found = replace(polynomial, terms=np.ascontiguousarray(polynomial.terms[:, [high, low]])).range(1)
-    highest = np.array([at[0] for at in found.highest_at.values()])
-    lowest = np.array([at[1] for at in found.lowest_at.values()])
+def predicted_extremes(band: Band) -> list[WorstCase]:
+    """The highest and the lowest prediction of a band with a polynomial, not simulated: points where this
+    attains the ends of its range, at the instants of the extreme bounds."""
+    assert band.surrogate is not None, "only bands with a polynomial predict"
+    samples = int(np.argmax(band.upper)), int(np.argmin(band.lower))
+    found = replace(band.surrogate, terms=np.ascontiguousarray(band.surrogate.terms[:, samples])).range(1)
+    ends = ((found.highest_at, found.attained_upper), (found.lowest_at, found.attained_lower))
     return [
-        ("upper", high, highest, float(found.attained_upper[0])),
-        ("lower", low, lowest, float(found.attained_lower[1])),
+        WorstCase(
+            output=band.name,
+            side="lower" if k else "upper",
+            time=float(band.t[sample]),
+            parameters={name: float(value[k]) for name, value in at.items()},
+            predicted=float(attained[k]),
+            simulated=math.nan,
+        )
+        for k, (sample, (at, attained)) in enumerate(zip(samples, ends, strict=True))
     ]

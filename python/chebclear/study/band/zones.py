@@ -9,8 +9,7 @@ import numpy as np
 from ...base import files as records
 from ...base.arguments import Checks
 from ...base.rows import Array
-from .band import Band
-from .running import running_maximum
+from .band import Band, half_window, running_maximum
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -93,9 +92,7 @@ def restraint_zones(
         checks.add("band", "and ideal must have the same instants")
     checks.finish()
     deviation = band.sensitivity(parameter) - ideal.sensitivity(parameter)
-    # A tolerance, so that rounding does not remove one of an exact number of samples.
-    half = min(int(0.5 * length / spacing + 1e-6), len(band.t) - 1)
-    return zones_of(deviation, band.t, half, share)
+    return zones_of(deviation, band.t, half_window(band.t, length), share)
 
 
 def zones_of(deviation: Array, abscissa: Array, half: int, share: float = 0.5) -> RestraintZones:

@@ -9,14 +9,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...base.prefixes import format_exact, format_quantity
-from ...base.shown import in_a_sentence
+from ...base.prefixes import format_exact, format_quantity, format_range
+from ...base.shown import capital, in_a_sentence
 from ...plots.bands import band_picture
 from ...plots.drawing.scene import mechanism_picture
+from ...plots.features import plot_ranking
 from ...report.document import Block, Cell, Document, Items, Moving, Picture, Section, Table, Text, Verdict
 from ...run.report import costs_table, reproduction, version_fact, warnings_section
 from ...scene.scene import Interval
 from ..band.margin import percent
+from ..features.features import FeatureResult
+from ..features.ranking import ranking_table
 from .alternatives import alternatives
 from .answer import (
     JUDGMENTS,
@@ -30,7 +33,6 @@ from .answer import (
 )
 from .extent import place_of
 from .film import study_film
-from .ranking import feature_section
 from .script import study_listings
 
 if TYPE_CHECKING:
@@ -78,7 +80,7 @@ def study_document(result: StudyResult, title: str | None) -> Document:
             *([_shares(result, conformance)] if conformance is not None else []),
             Section(subject, [_parameters(result)]),
             *([Section("How far the outputs move", outputs)] if bands else []),
-            *(feature_section(one) for one in features_of(result)),
+            *(_feature(one) for one in features_of(result)),
             *([Section("Worst cases", [_worst_cases(result)])] if bands else []),
             *([Section("How sure this is", sure)] if (sure := _how_sure(result)) else []),
             *([Section("What a tighter or a cheaper setting would give", more)] if more else []),
@@ -148,6 +150,34 @@ def _shares(result: StudyResult, conformance: Conformance) -> Section:
         if one.specification.quantity in (*result.bands, *result.features.names)
     ]
     return Section("In specification or not", blocks)
+
+
+def _feature(feature: FeatureResult) -> Section:
+    """The section of a feature."""
+    reach = feature.interval
+    text = f"{format_range((reach.lower, reach.upper), feature.unit, 4)} ({reach.verdict}"
+    told = f"{text}); {percent(reach.coverage)} of the runs are in the interval made from the others"
+    if not math.isnan(reach.whole_run):
+        share = percent(reach.whole_run)
+        told += f"; a further run is in it with a probability of at least {share}, and at least "
+        told += f"{percent(reach.tolerated)} of all mechanisms with 95 % confidence"
+    blocks: list[Block] = [Text(f"{capital(told)}.")]
+    try:
+        ranking = feature.ranking()
+    except ValueError as error:  # too few runs
+        blocks.append(Text(f"No ranking of the tolerances: {error}."))
+        return Section(f"Feature: {feature.name}", blocks)
+    blocks += [
+        ranking_table(ranking),
+        Items([f"{sentence}." for sentence in (*ranking.reservations(), *ranking.advice())]),
+        Picture(
+            f"Bars of what halving each tolerance does to {ranking.feature}: most by "
+            f"{ranking.rows[0].parameter}, {ranking.rows[0].narrowing}.",
+            partial(plot_ranking, ranking),
+            height=1.0 + 0.3 * len(ranking),
+        ),
+    ]
+    return Section(f"Feature: {feature.name}", blocks)
 
 
 def _worst_cases(result: StudyResult) -> Table:

@@ -79,18 +79,10 @@ _TIMES = {
 
 def checked_features(checks: Checks, given: object) -> dict[str, FeatureSpec]:
     """Features by name from the argument of the user; problems are added to `checks`."""
-    if given is None:
-        return {}
-    if not isinstance(given, Mapping):
-        checks.add(
-            "features",
-            f'must map names to features such as peak("slider.ax"), got {given!r}',
-            wrong_type=True,
-        )
-        return {}
-    checks.names("features", given)
+    features = checks.mapping("features", given, 'features such as peak("slider.ax")')
+    checks.names("features", features)
     asked: dict[str, FeatureSpec] = {}
-    for name, feature in given.items():
+    for name, feature in features.items():
         if not isinstance(name, str):
             checks.add("features", f"must have texts as names, got {name!r}", wrong_type=True)
         elif not isinstance(feature, Feature) and not callable(feature):
@@ -124,10 +116,8 @@ def settling_notices(
     for name, feature in asked.items():
         if not isinstance(feature, Feature) or feature.kind not in _TIMES:
             continue
-        times = [
-            tracked[:, 0, settings.features.index(Feature(kind, feature.of))] for kind in _TIMES[feature.kind]
-        ]
-        early = np.any([time < settled for time in times], axis=0)
+        times = [settings.features.index(Feature(kind, feature.of)) for kind in _TIMES[feature.kind]]
+        early = np.any(tracked[:, 0, times] < settled, axis=1)
         if 2 * early.sum() >= len(early):
             text = (
                 f'feature "{name}": its extremum lies in the first revolution, the starting transient, in '
@@ -153,18 +143,12 @@ def called(name: str, function: Callable[[Any], ArrayLike], run: Any, cycles: in
 
 def checked_units(checks: Checks, units: object) -> dict[str, str]:
     """Units by name; whether there are such names is known later."""
-    if units is None:
-        return {}
-    if not isinstance(units, Mapping):
-        checks.add("units", f"must map names to units, got {units!r}", wrong_type=True)
-        return {}
-    for name, unit in units.items():
+    given = checks.mapping("units", units, "units")
+    for name, unit in given.items():
         if not isinstance(unit, str) or not unit.strip():
-            what = 'a text such as "mm", or "-" for a number without a unit'
-            checks.add(
-                f'units["{name}"]', f"must be {what}, got {unit!r}", wrong_type=not isinstance(unit, str)
-            )
-    return {str(name): str(unit) for name, unit in units.items()}
+            what = f'must be a text such as "mm", or "-" for a number without a unit, got {unit!r}'
+            checks.add(f'units["{name}"]', what, wrong_type=not isinstance(unit, str))
+    return {str(name): str(unit) for name, unit in given.items()}
 
 
 def known_units(build: object, names: Iterable[str]) -> dict[str, str]:
@@ -193,12 +177,10 @@ def units_of(
 
     Outputs of a model of the user's own have the given units, whatever their names.
     """
-    found = []
-    for name in names:
-        feature = asked.get(name)
-        if isinstance(feature, Feature):
-            own = feature.unit if simulated else feature.unit_with(given.get(feature.of, ""))
-        else:
-            own = ""
-        found.append(given.get(name, own))
-    return tuple(found)
+
+    def own(feature: FeatureSpec | None) -> str:
+        if not isinstance(feature, Feature):
+            return ""
+        return feature.unit if simulated else feature.unit_with(given.get(feature.of, ""))
+
+    return tuple(given.get(name, own(asked.get(name))) for name in names)

@@ -1,27 +1,37 @@
-"""Execution of the calls of a user's model: remaining, finished and failed runs."""
+"""A model of the user's own, a callable that returns named time series and numbers, called at every point."""
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...base.arguments import Checks
 from ...base.progress import Progress
-from ...errors import SimulationError, describe
+from ...base.rows import Array
+from ...errors import ArgumentError, SimulationError, describe
 from ...execution.counts import STATS
 from ...execution.dispatch import CallingThread, ExecutorWorkers, Source, Task
-from ...execution.failures import FEATURE, MODEL, FailedRun, end_of, require_success
-from ...execution.limited import Answers, Calls, TimeLimitError
-from ...execution.options import ExecutionOptions
+from ...execution.failures import FEATURE, MODEL, FailedRun, end_of, failure_notices, require_success
+from ...execution.limited import Answers, Calls, LimitedCalls, TimeLimitError
 from ...execution.pieces import DONE, NOT_BEGUN, End, Piece, code_version
 from ...execution.store import KEY_BYTES, Store
+from ...notices import Notice
+from ...run.features import Feature
+from ..polynomials.points import nominal_point
+from .asked import called, require_known
+from .own import chosen_outputs, sampled_feature
+from .reached import model_facts
 from .returned import ReturnedRun, read_run, require_same
+from .run_table import RunTable
 
 if TYPE_CHECKING:
-    from .own import ModelTable
+    from ..runner import Runner
 
 # Largest size of the values of a piece [bytes]; workers hold some pieces at a time.
 _MOST_BYTES = 16_000_000
@@ -43,30 +53,29 @@ def call_model(
 
 
 class Calling(Source):
-    """The calls of a model at `given` parameters; the nominal run, if it is among them, is called first.
+    """The calls of a model at `given` parameters, those of the nominal run, if asked for, last: it is called
+    first.
 
     All runs are held to the names and instants of `first`: of the first one that succeeds if it is None.
     """
 
     def __init__(
         self,
-        call: Callable[[Mapping[str, float]], ReturnedRun],
+        runner: Runner,
         given: Sequence[Mapping[str, float]],
-        nominal: int | None,
-        execution: ExecutionOptions,
+        midpoint: bool,
         store: Store | None,
-        table: ModelTable,
         first: ReturnedRun | None,
     ) -> None:
         numbers = list(range(len(given)))
-        if nominal is not None:  # nothing can be made of a study without it
-            numbers = [nominal, *(number for number in numbers if number != nominal)]
+        self._nominal = numbers[-1] if midpoint else None
+        if midpoint:  # nothing can be made of a study without it
+            numbers = [numbers[-1], *numbers[:-1]]
         super().__init__(numbers, store)
-        self._call = call
+        self._runner = runner
+        self._call = functools.partial(call_model, runner.build, runner.fixed)
         self._given = given
-        self._nominal = nominal
-        self._execution = execution
-        self._table = table
+        self._limited = LimitedCalls(runner.execution.run_seconds)
         self.first = first
         self._oldest = 0
         self._first_failure: tuple[int, Exception] | None = None
@@ -74,21 +83,39 @@ class Calling(Source):
 
     def run(self, report: Progress | None) -> None:
         """Make all runs, or those for which there is time."""
-        if self.first is not None:
-            self._begin(self.first)
-        elif self.store is not None and (key := self._key(self._numbers[0])) in self.store:
-            self._begin(self._first_of(self.store, key))
-        executor = self._execution.executor
-        workers = CallingThread() if executor is None else ExecutorWorkers(executor, self)
-        self.make(workers, report, self._execution.max_seconds)
-        if self.first is None and self.store is not None and self._kept:
-            self._begin(self._first_of(self.store, self._kept[0][1]))
-        self.read_kept(report)
-        self._require_success()
+        try:
+            if self.first is not None:
+                self._begin(self.first)
+            elif self.store is not None and (key := self._key(self._numbers[0])) in self.store:
+                self._begin(self._first_of(self.store, key))
+            executor = self._runner.execution.executor
+            workers = CallingThread() if executor is None else ExecutorWorkers(executor, self)
+            self.make(workers, report, self._runner.execution.max_seconds)
+            if self.first is None and self.store is not None and self._kept:
+                self._begin(self._first_of(self.store, self._kept[0][1]))
+            self.read_kept(report)
+            self._require_success()
+        finally:
+            self._limited.close()
 
-    def failures(self) -> tuple[FailedRun, ...]:
-        """The runs that failed."""
-        return tuple(FailedRun.of(number, self._given[number], end) for number, end in self.failed().items())
+    def table(self, points: Array) -> RunTable:
+        """The runs that succeeded, at these points."""
+        failed = self.failed()
+        failures = tuple(FailedRun.of(number, self._given[number], end) for number, end in failed.items())
+        kept = np.array([number for number in range(self.total) if number not in failed], dtype=np.intp)
+        inner = kept if self._nominal is None else kept[:-1]
+        remarks = () if self.store is None else self.store.remarks
+        return RunTable(
+            parameters=points[inner],
+            kept=inner,
+            t=self._t,
+            outputs=self._outputs,
+            values=self._values[kept],
+            features=self._features[kept] if self._names else None,
+            feature_names=self._names,
+            notices=(*failure_notices(failures, self.total), *(Notice("store", text) for text in remarks)),
+            failures=failures,
+        )
 
     def take(self, count: int) -> Task | None:
         if self.first is not None:
@@ -105,8 +132,8 @@ class Calling(Source):
         return self.again(runs) if runs else None
 
     def again(self, runs: Sequence[int]) -> Task:
-        order = Calls(self._call, [self._given[number] for number in runs], self._execution.run_seconds)
-        return Task(runs, order, None)
+        given = [self._given[number] for number in runs]
+        return Task(runs, Calls(self._call, given, self._runner.execution.run_seconds), None)
 
     def place(self, task: Task, answers: Answers) -> None:
         for number, run, error in zip(task.runs, answers.values, answers.errors, strict=True):
@@ -139,8 +166,21 @@ class Calling(Source):
             self._oldest += 1
 
     def _begin(self, first: ReturnedRun) -> None:
-        self.first = first
-        self._table.begin(first)
+        """Allocate memory for runs like this one."""
+        self.first, runner = first, self._runner
+        both = [name for name in first.numbers if name in runner.features]
+        if both:
+            raise ArgumentError(f'"{both[0]}" is a number that the model returns and a name in features')
+        checks = Checks()
+        known = [*runner.intervals, *first.series, *runner.features, *first.numbers]
+        require_known(checks, runner.units, known)
+        checks.finish()
+        self._t = first.t
+        self._outputs = chosen_outputs(list(first.series), runner.outputs)
+        self._names = (*runner.features, *first.numbers)
+        samples = len(first.t) if self._outputs else 0
+        self._values = np.empty((self.total, samples, len(self._outputs)))
+        self._features = np.empty((self.total, runner.cycles, len(self._names)))
         if self.store is not None:
             self.store.name(list(first.series), list(first.numbers))
 
@@ -160,10 +200,23 @@ class Calling(Source):
             self._fill(number, run)
 
     def _fill(self, number: int, run: ReturnedRun) -> None:
-        try:
-            self._table.fill(number, run)
-        except Exception as error:
-            self._fail(number, error, FEATURE)
+        """Keep a run, with the features that were asked for and then the numbers that it has."""
+        for column, name in enumerate(self._outputs):
+            self._values[number, :, column] = run.series[name]
+        own, cycles = self._features[number], self._runner.cycles
+        for index, (name, asked) in enumerate(self._runner.features.items()):
+            try:
+                if isinstance(asked, Feature):
+                    series = run.series[chosen_outputs(list(run.series), [asked.of])[0]]
+                    own[:, index] = sampled_feature(asked, run.t, series, cycles)
+                else:
+                    own[:, index] = self._limited(called, name, asked, run.mapping, cycles)
+            except Exception as error:
+                error.add_note(f'in feature "{name}" of the run with {describe(self._given[number])}')
+                self._fail(number, error, FEATURE)
+                return
+        asked_first = len(self._runner.features)
+        own[:, asked_first:] = [run.numbers[name] for name in self._names[asked_first:]]
 
     def fill(self, numbers: Sequence[int], piece: Piece) -> None:
         assert self.first is not None, "what is kept is read after it"
@@ -184,7 +237,7 @@ class Calling(Source):
 
     def _ended(self, number: int, end: End, error: Exception) -> None:
         """Note a run that failed; its error is kept if it may have to be raised."""
-        if self._execution.on_failure == "raise" or number == self._nominal:
+        if self._runner.execution.on_failure == "raise" or number == self._nominal:
             raise error
         self.ends[number] = end
         if self._first_failure is None or number < self._first_failure[0]:
@@ -193,7 +246,7 @@ class Calling(Source):
     def _require_success(self) -> None:
         failed = {number: end for number, end in self.failed().items() if end.status != NOT_BEGUN}
         require_success(
-            failed, self.total, self._nominal, self._execution, lambda _: self._first_error(failed)
+            failed, self.total, self._nominal, self._runner.execution, lambda _: self._first_error(failed)
         )
 
     def _first_error(self, failed: Mapping[int, End]) -> Exception:
@@ -240,3 +293,31 @@ def _run_of(piece: Piece, row: int, series: Sequence[str], numbers: Sequence[str
 def _named(error: Exception, parameters: Mapping[str, float]) -> Exception:
     """The error with the parameters of its run."""
     return type(error)(f"the model with {describe(parameters)}: {error}")
+
+
+@dataclass(eq=False)
+class OwnModel:
+    """A model of the user's, called at every point."""
+
+    version: str | None
+    """What a store compares instead of the code of the model and what it uses."""
+    first: ReturnedRun | None = field(default=None, init=False)
+    """The run with whose names and instants all others are compared; None before there is one."""
+
+    def runs(self, runner: Runner, points: Array, midpoint: bool, report: Progress | None) -> RunTable:
+        """The runs at the points and, if asked for, last at the nominal values; for errors see `Study`."""
+        if midpoint:
+            points = np.vstack([points, nominal_point(runner.intervals)])
+        given = [dict(zip(runner.intervals, map(float, row), strict=True)) for row in points]
+        store = None
+        if runner.execution.store is not None:
+            facts = model_facts(runner.build, runner.fixed, self.version)
+            store = Store(runner.execution.store, facts)
+        calling = Calling(runner, given, midpoint, store, self.first)
+        try:
+            calling.run(report)
+        finally:
+            if store is not None:
+                store.close()
+        self.first = calling.first
+        return calling.table(points)

@@ -49,12 +49,11 @@ class FinishedRuns:
     @property
     def nominal(self) -> int:
         """The run nearest to the nominal values, which is used as the nominal one."""
-        return int(np.argmin(self._from_nominal))
+        return int(np.argmin(self._away(nominal_point(self.intervals))))
 
-    @property
-    def _from_nominal(self) -> Array:
-        """Largest distance of each run from the nominal values, over half the interval, shape (runs,)."""
-        away = self._on_cube(self.parameters) - self._on_cube(nominal_point(self.intervals))
+    def _away(self, point: Array) -> Array:
+        """Largest distance of each run from a point, over half the interval, shape (runs,)."""
+        away = on_cube(self.intervals, self.parameters) - on_cube(self.intervals, point)
         return np.asarray(np.max(np.abs(away), axis=1))
 
     @property
@@ -70,10 +69,8 @@ class FinishedRuns:
         """
         wanted = len(self.points) if runs is None else runs
         if len(self.points) < max(wanted, least):
-            raise ArgumentError(
-                f"the table has {len(self.points)} runs besides the nominal one, {max(wanted, least)} are "
-                "needed"
-            )
+            text = f"the table has {len(self.points)} runs besides the nominal one"
+            raise ArgumentError(f"{text}, {max(wanted, least)} are needed")
         for name, column in zip(self.intervals, self.parameters.T, strict=True):
             if is_grid(column):
                 distinct = len(np.unique(column))
@@ -103,12 +100,9 @@ class FinishedRuns:
         # point.
         rows, missing = np.delete(np.arange(len(self.parameters)), self.nominal)[: len(points)].tolist(), []
         if not np.array_equal(self.parameters[rows], points):
-            own, rows = self._on_cube(self.parameters), []
-            for index, point in enumerate(self._on_cube(points)):
-                distance = np.max(np.abs(own - point), axis=1)
-                rows.append(int(distance.argmin()))
-                if distance.min() > _SAME_POINT:
-                    missing.append(index)
+            away = [self._away(point) for point in points]
+            rows = [int(one.argmin()) for one in away]
+            missing = [index for index, one in enumerate(away) if one.min() > _SAME_POINT]
         if missing:
             first = dict(zip(self.intervals, map(float, points[missing[0]]), strict=True))
             raise ArgumentError(
@@ -119,9 +113,9 @@ class FinishedRuns:
         stand_in = None
         if midpoint:
             rows.append(self.nominal)
-            if self._from_nominal[self.nominal] > _SAME_POINT:
+            if self._away(nominal_point(self.intervals)).min() > _SAME_POINT:
                 stand_in = self.parameters[self.nominal]
-                at = dict(zip(self.intervals, map(float, self.parameters[self.nominal]), strict=True))
+                at = dict(zip(self.intervals, map(float, stand_in), strict=True))
                 text = (
                     "no run of the table is at the nominal values of all intervals: the nearest, with "
                     f"{describe(at)}, is used as the nominal one"
@@ -137,12 +131,9 @@ class FinishedRuns:
 
     def beside(self, grid: Array) -> Array:
         """Parameters of the runs but the nominal one that are at none of the points."""
-        wanted = self._on_cube(grid)
-        away = [np.max(np.abs(wanted - point), axis=1).min() for point in self._on_cube(self.points)]
+        wanted, points = on_cube(self.intervals, grid), on_cube(self.intervals, self.points)
+        away = [np.max(np.abs(wanted - point), axis=1).min() for point in points]
         return np.asarray(self.points[np.array(away) > _SAME_POINT])
-
-    def _on_cube(self, points: Array) -> Array:
-        return on_cube(self.intervals, points)
 
 
 def finished_runs(
@@ -166,17 +157,11 @@ def finished_runs(
     series, numbers, doubts = _table_values(checks, values, runs, instants, timed=t is not None)
     _check_rows(checks, parameters, values)
     sides = _table_intervals(checks, columns, intervals)
-    if features is not None and not isinstance(features, Mapping):
-        checks.add("features", f"must map names to features, got {features!r}", wrong_type=True)
-    asked = features if isinstance(features, Mapping) else {}
+    asked = checks.mapping("features", features, "features")
     for name, feature in asked.items():
         if not isinstance(feature, Feature):
-            checks.add(
-                f'features["{name}"]',
-                f'must be a feature such as peak("force"); put other numbers of the runs '
-                f"into values, got {feature!r}",
-                wrong_type=True,
-            )
+            text = 'must be a feature such as peak("force"); put other numbers of the runs into values'
+            checks.add(f'features["{name}"]', f"{text}, got {feature!r}", wrong_type=True)
         elif feature.of not in series:
             known = ", ".join(series) or "no time series"
             checks.add(f'features["{name}"]', f'is of no output of the table, "{feature.of}": it has {known}')
@@ -227,14 +212,11 @@ def _table_parameters(checks: Checks, given: object) -> dict[str, Array]:
     columns = {}
     for name, value in given.items():
         column = _numbers(checks, f'parameters["{name}"]', value)
-        if column is None:
-            continue
-        if column.ndim != 1 or len(column) < 2:
-            checks.add(
-                f'parameters["{name}"]', f"must have one value a run, 2 at least, got shape {column.shape}"
-            )
-            continue
-        columns[str(name)] = column
+        if column is not None and (column.ndim != 1 or len(column) < 2):
+            wanted = f"must have one value a run, 2 at least, got shape {column.shape}"
+            checks.add(f'parameters["{name}"]', wanted)
+        elif column is not None:
+            columns[str(name)] = column
     lengths = {name: len(column) for name, column in columns.items()}
     if len(set(lengths.values())) > 1:
         checks.add("parameters", f"must all have the same number of runs, got {lengths}")
@@ -258,11 +240,8 @@ def _check_rows(checks: Checks, parameters: object, values: object) -> None:
             # Labels may be missing, and such a label does not equal itself.
             same = rows.equals(first[1]) if hasattr(rows, "equals") else np.array_equal(rows, first[1])
             if len(rows) == len(first[1]) and not same:
-                checks.add(
-                    label,
-                    f"has other row labels than {first[0]}: sort both alike, or give arrays without "
-                    "labels (to_numpy)",
-                )
+                text = f"has other row labels than {first[0]}: sort both alike, or give arrays without labels"
+                checks.add(label, f"{text} (to_numpy)")
 
 
 def _as_mapping(given: object) -> object:
@@ -286,13 +265,10 @@ def _numbers(checks: Checks, name: str, value: object) -> Array | None:
     wrong = np.argwhere(~np.isfinite(array))
     if len(wrong):
         rows = len(np.unique(wrong[:, 0])) if array.ndim else 1
-        several = rows > 1
         where = f" in run {wrong[0][0]}" if array.ndim else ""
-        checks.add(
-            name,
-            f"must be finite, got {array[tuple(wrong[0])]}{where} ({rows} run{'s' * several} "
-            f"in all): leave {'them' if several else 'it'} out, of the parameters as well",
-        )
+        several, them = ("s", "them") if rows > 1 else ("", "it")
+        text = f"must be finite, got {array[tuple(wrong[0])]}{where} ({rows} run{several} in all): leave "
+        checks.add(name, f"{text}{them} out, of the parameters as well")
         return None
     return array
 
@@ -318,16 +294,16 @@ def _table_values(
 ) -> tuple[dict[str, Array], dict[str, Array], list[str]]:
     """Time series of shape (runs, samples), numbers of shape (runs,), and doubts of their orientation."""
     given = _as_mapping(given)
+    series: dict[str, Array] = {}
+    numbers: dict[str, Array] = {}
+    doubts: list[str] = []
     if not isinstance(given, Mapping) or not given:
-        checks.add(
-            "values",
-            f"must map names to arrays of shape (runs, samples) or (runs,), got {given!r}",
-            wrong_type=True,
-        )
-        return {}, {}, []
-    series, numbers, doubts = {}, {}, []
+        text = f"must map names to arrays of shape (runs, samples) or (runs,), got {given!r}"
+        checks.add("values", text, wrong_type=True)
+        return series, numbers, doubts
     for name, value in given.items():
-        array = _numbers(checks, f'values["{name}"]', value)
+        place = f'values["{name}"]'
+        array = _numbers(checks, place, value)
         if array is None or not runs or (timed and not len(t)):
             continue  # the numbers of runs and samples are unknown
         if array.shape == (runs,):
@@ -336,60 +312,44 @@ def _table_values(
             series[str(name)] = array
             rough = [np.mean(np.abs(np.diff(array, axis=axis))) for axis in (0, 1) if runs == len(t)]
             if rough and rough[0] < _ROUGHER * rough[1]:
-                doubts.append(
-                    f'values["{name}"] is square and smoother from run to run than in time: is it (samples, '
-                    "runs)? It is taken as (runs, samples)"
-                )
+                text = f"{place} is square and smoother from run to run than in time: is it (samples, runs)?"
+                doubts.append(f"{text} It is taken as (runs, samples)")
         elif timed and array.shape == (len(t), runs):
-            checks.add(
-                f'values["{name}"]',
-                f"has shape {array.shape}, (samples, runs); it must be (runs, samples) = "
-                f"{(runs, len(t))}: transpose it",
-            )
+            text = f"has shape {array.shape}, (samples, runs); it must be (runs, samples) = {(runs, len(t))}"
+            checks.add(place, f"{text}: transpose it")
         else:
             wanted = f"(runs, samples) = {(runs, len(t))} or " if timed else ""
-            checks.add(
-                f'values["{name}"]',
-                f"must have shape {wanted}(runs,) = {(runs,)}, got {array.shape}"
-                + ("" if timed or array.ndim < 2 else ": time series need t"),
-            )
+            text = f"must have shape {wanted}(runs,) = {(runs,)}, got {array.shape}"
+            checks.add(place, text + ("" if timed or array.ndim < 2 else ": time series need t"))
     return series, numbers, doubts
 
 
 def _table_intervals(checks: Checks, columns: Mapping[str, Array], given: object) -> dict[str, Interval]:
     """The box: as given, or what the runs span."""
-    if given is not None and not isinstance(given, Mapping):
-        checks.add("intervals", f"must map names to intervals, got {given!r}", wrong_type=True)
+    wanted = checks.mapping("intervals", given, "intervals")
+    if not isinstance(given, Mapping | None):
         return {}
-    wanted: Mapping[str, Any] = given or {}
     for name in wanted:
         if columns and name not in columns:
-            checks.add(
-                "intervals", f'names "{name}", no parameter of the runs{meant_or_known(name, columns)}'
-            )
+            hint = meant_or_known(name, columns)
+            checks.add("intervals", f'names "{name}", no parameter of the runs{hint}')
     sides = {}
     for name, column in columns.items():
-        least, most = float(column.min()), float(column.max())
+        place, least, most = f'parameters["{name}"]', float(column.min()), float(column.max())
         side = wanted.get(name)
-        if side is None:
-            if least == most:
-                checks.add(
-                    f'parameters["{name}"]', f"is {least!r} in every run: leave it out, or give its interval"
-                )
-                continue
-            side = Interval(least, most)
+        if side is None and least == most:
+            checks.add(place, f"is {least!r} in every run: leave it out, or give its interval")
+            continue
+        side = Interval(least, most) if side is None else side
         if not isinstance(side, Interval):
-            checks.add(
-                f'intervals["{name}"]', f"must be an Interval(lower, upper), got {side!r}", wrong_type=True
-            )
+            text = f"must be an Interval(lower, upper), got {side!r}"
+            checks.add(f'intervals["{name}"]', text, wrong_type=True)
             continue
         slack = _SAME_POINT * side.half_width
         outside = np.flatnonzero((column < side.lower - slack) | (column > side.upper + slack))
         if len(outside):
-            checks.add(
-                f'parameters["{name}"]',
-                f"is {float(column[outside[0]])!r} in run {outside[0]}, outside its "
-                f"interval [{side.lower!r}, {side.upper!r}] ({len(outside)} of the runs)",
-            )
+            text = f"is {float(column[outside[0]])!r} in run {outside[0]}, outside its interval "
+            text += f"[{side.lower!r}, {side.upper!r}] ({len(outside)} of the runs)"
+            checks.add(place, text)
         sides[name] = side
     return sides
