@@ -14,6 +14,8 @@
 use crate::numerics::accuracy::SEARCH_STEPS;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::contact::formula::Formula;
 use crate::numerics::dual::Scalar;
 
@@ -119,32 +121,15 @@ fn exact_onset_damping(restitution: f64) -> f64 {
 const SMALL_DAMPING: f64 = 0.05;
 const TERMS: i32 = 16;
 /// Constants of the damping of one contact, fixed at its onset.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
 pub struct Latch {
     /// Hysteresis factor χ [s/m].
-    hysteresis_factor: f64,
+    pub hysteresis_factor: f64,
     /// Impact velocity [m/s] of a formula; zero for other laws.
-    pub(crate) impact_velocity: f64,
+    pub impact_velocity: f64,
     /// Which form a formula of the normal force and one of friction have: it changes at their switches.
-    pub(crate) forms: [u16; 2],
-}
-
-impl Latch {
-    /// No damping.
-    pub const ELASTIC: Latch = Latch { hysteresis_factor: 0.0, impact_velocity: 0.0, forms: [0; 2] };
-
-    /// Names of the constants in files.
-    pub const NAMES: [&str; 2] = ["hysteresis_factor", "impact_velocity"];
-
-    /// The constants in that order.
-    pub fn numbers(&self) -> [f64; Latch::NAMES.len()] {
-        [self.hysteresis_factor, self.impact_velocity]
-    }
-
-    /// The latch with these constants.
-    pub fn from_numbers([hysteresis_factor, impact_velocity]: [f64; Latch::NAMES.len()]) -> Self {
-        Self { hysteresis_factor, impact_velocity, ..Latch::ELASTIC }
-    }
+    pub forms: [u16; 2],
 }
 
 /// A normal-force law with its constants.
@@ -208,10 +193,10 @@ impl NormalLaw {
                 let variables = [reference, 0.0, impact_velocity];
                 let [force, slope] = formula.with_damping(variables, formula.forms(&variables));
                 let hysteresis_factor = (slope / force).max(0.0);
-                return Latch::from_numbers([hysteresis_factor, impact_velocity]);
+                return Latch { hysteresis_factor, impact_velocity, ..Latch::default() };
             }
         };
-        Latch { hysteresis_factor, ..Latch::ELASTIC }
+        Latch { hysteresis_factor, ..Latch::default() }
     }
 
     /// Whether the damping depends on the impact velocity, for which a lower bound (floor) is then needed.

@@ -12,6 +12,8 @@
 //! on, and a load that grows slowly is held exactly up to the limit. In slip the slider loses -F_t u̇₀, which is positive,
 //! and the spring stores the rest of the power of friction.
 
+use serde::{Deserialize, Serialize};
+
 use crate::numerics::dual::Scalar;
 
 /// Ratio of the tangential to the normal stiffness of a contact, 2 (1 - ν) / (2 - ν) of `[Mindlin1949]`, for Poisson's
@@ -62,7 +64,8 @@ impl StickSlip {
 }
 
 /// The tangential spring of a contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
 pub struct Traction {
     /// Stiffness k [N/m], fixed at the onset of the contact.
     pub stiffness: f64,
@@ -81,25 +84,6 @@ pub struct Traction {
 }
 
 impl Traction {
-    /// Names of the numbers in files.
-    pub const NAMES: [&str; 8] = [
-        "tangential_stiffness", "tangential_damping", "load", "sliding_direction", "anchor", "arm",
-        "first_turns", "second_turns",
-    ];
-
-    /// The numbers in that order.
-    pub fn numbers(&self) -> [f64; Traction::NAMES.len()] {
-        let Self { stiffness, damping, load, direction, anchor, arm, turns: [first, second] } = *self;
-        [stiffness, damping, load, direction, anchor, arm, first, second]
-    }
-
-    /// The traction with these numbers.
-    pub fn from_numbers(
-        [stiffness, damping, load, direction, anchor, arm, first, second]: [f64; Traction::NAMES.len()],
-    ) -> Self {
-        Self { stiffness, damping, load, direction, anchor, arm, turns: [first, second] }
-    }
-
     /// Whether the contact sticks.
     pub fn sticks(&self) -> bool {
         self.direction == 0.0

@@ -462,7 +462,7 @@ impl Dynamics<'_> {
             let mut response = |clipped| {
                 self.phases[index] = match phases[index] {
                     Phase::Contact { traction, .. } => {
-                        Phase::Contact { latch: Latch::ELASTIC, clipped, traction }
+                        Phase::Contact { latch: Latch::default(), clipped, traction }
                     }
                     Phase::Free | Phase::Beyond => return f64::NAN,
                 };

@@ -8,13 +8,16 @@
 
 use std::f64::consts::TAU;
 
+use serde::{Deserialize, Serialize};
+
 use super::{Dynamics, SlotContact};
 use crate::contact::pair::{ContactState, Phase, SlidingVelocity, Surfaces};
 use crate::contact::sticking::Traction;
 use crate::tree::elements::ContactSlot;
 
 /// Power dissipated in a clearance joint.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
 pub struct ContactLoss {
     /// Power of the hysteresis damping [W].
     pub impact: f64,

@@ -231,6 +231,10 @@ pub(crate) fn check_restart(mechanism: &Mechanism, restart: &Restart) -> Result<
         && work
             .as_ref()
             .is_none_or(|work| work.contacts.len() == joints && work.dry_joints.len() == tractions.len())
+        && contacts
+            .iter()
+            .enumerate()
+            .all(|(joint, open)| open.is_none_or(|open| open.contact.joint == joint))
         && turns.len() == mechanism.frames.len() - 1;
     if !fits {
         let message = format!(

@@ -126,7 +126,7 @@ pub(crate) fn contacts(case: &Case, states: &[CartesianState]) -> Vec<Contact> {
         if let Phase::Contact { latch, clipped: false, .. } = case.phases[index]
             && delta > 0.0
         {
-            let [hysteresis_factor, _] = latch.numbers();
+            let hysteresis_factor = latch.hysteresis_factor;
             let bracket = 1.0 + hysteresis_factor * e_dot.dot(&n);
             let normal = contact.stiffness * delta.powf(contact.exponent) * bracket;
             let mu = case.mechanism.slots[index].law.friction.as_ref().map_or(0.0, |law| mu(law, sliding));

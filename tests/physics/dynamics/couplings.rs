@@ -318,7 +318,7 @@ fn coupled_cases() -> Vec<(Case, Vec<Cartesian>)> {
             (joints..case.phases.len()).map(|slot| dynamics.contact_state(slot).penetration > 0.0).collect();
         for (phase, touches) in case.phases[joints..].iter_mut().zip(touching) {
             if touches {
-                *phase = Phase::Contact { latch: Latch::ELASTIC, clipped: false, traction: None };
+                *phase = Phase::Contact { latch: Latch::default(), clipped: false, traction: None };
             }
         }
         (case.q, case.v) = (q, v);

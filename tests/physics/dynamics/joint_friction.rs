@@ -38,7 +38,7 @@ pub(crate) fn dry<'m>(case: &Case, mechanism: &'m Mechanism, random: &mut Random
     dynamics.phases.clone_from(&case.phases);
     dynamics.move_to(case.t, &case.q, &case.v);
     for index in 0..mechanism.dry_joints.len() {
-        let mut traction = Traction::from_numbers([0.0; Traction::NAMES.len()]);
+        let mut traction = Traction::default();
         (traction.stiffness, traction.damping) = (random.within(1.0, 5.0), random.within(0.1, 1.0));
         traction.direction = random.index(3) as f64 - 1.0;
         if traction.sticks() {

@@ -55,7 +55,7 @@ impl<'m> Friction<'m> {
         let other = tree.reacting.as_ref()?;
         let (d, count) = (other.tree.degrees_of_freedom(), tree.dry_joints.len());
         Some(Box::new(Self {
-            tractions: vec![Traction::from_numbers([0.0; Traction::NAMES.len()]); count],
+            tractions: vec![Traction::default(); count],
             joints: &tree.dry_joints,
             other,
             reacting: Box::new(Dynamics::new(&other.tree)),

@@ -10,6 +10,8 @@ pub(crate) mod phases;
 pub(crate) mod sticking;
 pub(crate) mod switches;
 
+use serde::{Deserialize, Deserializer, Serialize};
+
 use crate::contact::pair::RelativeMotion;
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::extremum::highest_within;
@@ -85,20 +87,28 @@ pub fn event_joint(mechanism: &Mechanism, place: Place) -> &str {
 }
 
 /// One contact of a clearance joint.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
 pub struct Contact {
     /// Index of the clearance joint.
     pub joint: usize,
     /// Onset [s].
     pub onset: f64,
     /// Separation [s]; NaN while it lasts.
+    #[serde(deserialize_with = "or_unknown")]
     pub separation: f64,
     /// Approach velocity at the onset [m/s]; NaN if the run began in contact or a neighbor did.
+    #[serde(deserialize_with = "or_unknown")]
     pub impact_velocity: f64,
     /// Largest normal force so far [N].
     pub peak_force: f64,
     /// Time of that force [s].
     pub peak_time: f64,
+}
+
+/// Reads a number that may be NaN, which JSON has as `null`.
+fn or_unknown<'de, D: Deserializer<'de>>(text: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(text)?.unwrap_or(f64::NAN))
 }
 
 /// Relative motion of journal and bearing with its normal force at an instant.
@@ -117,11 +127,13 @@ pub struct ForceSample {
 }
 
 /// An open contact of one joint, with the force at the last step.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
 pub struct OpenContact {
     /// The contact so far.
     pub contact: Contact,
     /// The force at the start of the last step, unless the phase has changed since.
+    #[serde(skip)]
     pub last: Option<ForceSample>,
 }
 

@@ -5,6 +5,8 @@
 pub(crate) mod balance;
 pub(crate) mod pace;
 
+use serde::{Deserialize, Serialize};
+
 use crate::dynamics::{ContactLoss, Dynamics};
 
 /// Nodes and weights of Gauss's quadrature with four points on [0, 1], of order 8: higher than the order of
@@ -21,7 +23,8 @@ pub(crate) const GAUSS_OF_SHORT: [(f64, f64); 2] =
     [(0.211_324_865_405_187_1, 0.5), (0.788_675_134_594_812_9, 0.5)];
 
 /// Work and losses since the start of the run.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, Deserialize, PartialEq, Serialize)]
+#[serde(deny_unknown_fields)]
 pub struct Work {
     /// Energy at the start [J].
     pub start_energy: f64,
@@ -34,6 +37,7 @@ pub struct Work {
     pub contacts: Vec<ContactLoss>,
     /// The wear of every slot by the sectors of its bearing [N m], empty for those that no output asks for; of no slot where
     /// none does. Counts from the start of this run, also where it continues another.
+    #[serde(skip)]
     pub sectors: Vec<Vec<f64>>,
     /// Energy dissipated by the friction of every ideal joint that has one [J].
     pub dry_joints: Vec<f64>,
