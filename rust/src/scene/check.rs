@@ -2,8 +2,9 @@
 
 use crate::contact::friction::FrictionLaw;
 use crate::contact::pair::SlidingVelocity;
-use crate::error::{InputError, Problem, Subject, meant_or_known, refused};
+use crate::error::{InputError, Problem, Subject, meant_or_known};
 use crate::expression::dimension::{Dimension, FORCE, TORQUE};
+use crate::scene::check_laws::start_of_guide;
 use crate::scene::loads::Expression;
 use crate::scene::parts::{
     Body, CENTER_OF_MASS, Drive, ENERGY, Ends, Force, GROUND, Joint, JointKind, Point, Scene, Start,
@@ -15,7 +16,8 @@ use crate::scene::parts::{
 const MOST_ENTRIES: usize = 500;
 
 impl Scene {
-    /// All problems with the numbers and names of the scene, in its order.
+    /// All problems with names, and with numbers that contradict each other, in the order of the scene. Each number alone is
+    /// judged where it is read.
     pub fn check(&self) -> Result<(), InputError> {
         let mut problems = Vec::new();
         let mut checker = Checker { path: String::new(), problems: &mut problems };
@@ -83,20 +85,13 @@ impl Scene {
         if body.name == GROUND {
             checker.add("name", "\"ground\" is the name of the fixed body");
         }
-        checker.at_least("mass", "kg", body.mass, 0.0);
-        checker.at_least("inertia", "kg m^2", body.inertia, 0.0);
-        checker.finite_pair("center_of_mass", "m", &body.center_of_mass);
-        checker.finite("angle", "rad", body.angle);
         checker.points("points", &body.points);
         let known = || body.points.iter().map(|point| point.name.as_str()).chain([CENTER_OF_MASS]);
         if !known().any(|name| name == body.inertia_about) {
             let hint = meant_or_known(&body.inertia_about, known());
             let message = format!("unknown point {:?} of {:?}{hint}", body.inertia_about, body.name);
             checker.add("inertia_about", message);
-        } else if body.inertia >= 0.0
-            && body.center_of_mass.iter().all(|side| side.is_finite())
-            && self.central_inertia(body) < 0.0
-        {
+        } else if self.central_inertia(body) < 0.0 {
             let message = format!(
                 "must be >= mass * distance^2 to the center of mass for a moment about {:?}, got {}: the moment about the \
                  center of mass, zero for a point mass, would be {:.3e} kg m^2",
@@ -118,30 +113,9 @@ impl Scene {
         }
         checker.ends(joint.references().map(|(field, reference)| (field, self.body_of(reference))));
         match joint {
-            Joint::Ideal { kind, friction, .. } => {
-                if let JointKind::Prismatic { axis, .. } = kind {
-                    checker.direction("axis", axis);
-                }
-                if let JointKind::Prismatic { angle, .. } | JointKind::Fixed { angle } = kind {
-                    checker.finite("angle", "rad", *angle);
-                }
-                if let Some(law) = friction {
-                    checker.inside("friction").joint_friction(law);
-                }
-            }
-            Joint::Clearance {
-                journal_radius,
-                clearance,
-                contact,
-                friction,
-                sliding,
-                film,
-                impact_velocity_floor,
-                ..
-            } => {
+            Joint::Ideal { .. } => {}
+            Joint::Clearance { journal_radius, contact, friction, sliding, film, .. } => {
                 self.check_free_to_act(checker, joint, &ends_of[index], ends_of);
-                checker.positive("journal_radius", "m", *journal_radius);
-                checker.positive("clearance", "m", *clearance);
                 checker.inside("contact").normal_law(contact, length_scale(self));
                 if let Some(law) = friction {
                     checker.inside("friction").friction(law);
@@ -156,9 +130,6 @@ impl Scene {
                 checker.profile(joint);
                 if let Some(lubricant) = film {
                     checker.inside("film").lubricant(lubricant, *journal_radius);
-                }
-                if let Some(floor) = impact_velocity_floor {
-                    checker.positive("impact_velocity_floor", "m/s", *floor);
                 }
             }
             Joint::Guide { .. } => checker.guide(joint, length_scale(self)),
@@ -197,38 +168,17 @@ impl Scene {
             self.check_name(checker, name, earlier);
         }
         match force {
-            Force::Gravity { acceleration } => {
-                checker.finite_pair("acceleration", "m/s^2", acceleration);
-            }
-            Force::Spring { a, b, stiffness, length, damping, tension, .. } => {
+            Force::Gravity { .. } => {}
+            Force::Spring { a, b, tension, .. } => {
                 checker.ends([("a", self.body_of(a)), ("b", self.body_of(b))]);
-                checker.at_least("stiffness", "N/m", *stiffness, 0.0);
-                checker.at_least("length", "m", *length, 0.0);
-                checker.at_least("damping", "N s/m", *damping, 0.0);
                 checker.load(self, "tension", FORCE, tension);
             }
-            Force::Bushing {
-                a,
-                b,
-                stiffness,
-                damping,
-                torsional_stiffness,
-                torsional_damping,
-                formulas,
-                ..
-            } => {
+            Force::Bushing { a, b, formulas, .. } => {
                 checker.formulas(self, formulas);
                 checker.ends([("a", self.body_of(a)), ("b", self.body_of(b))]);
-                checker.at_least("stiffness", "N/m", *stiffness, 0.0);
-                checker.at_least("damping", "N s/m", *damping, 0.0);
-                checker.at_least("torsional_stiffness", "N m/rad", *torsional_stiffness, 0.0);
-                checker.at_least("torsional_damping", "N m s/rad", *torsional_damping, 0.0);
             }
-            Force::TorsionSpring { a, b, stiffness, angle, damping, .. } => {
+            Force::TorsionSpring { a, b, .. } => {
                 checker.ends([("a", self.body_index(a)), ("b", self.body_index(b))]);
-                checker.at_least("stiffness", "N m/rad", *stiffness, 0.0);
-                checker.finite("angle", "rad", *angle);
-                checker.at_least("damping", "N m s/rad", *damping, 0.0);
             }
             Force::Applied { point, x, y, .. } => {
                 checker.result("point", self.attachment(point));
@@ -247,17 +197,7 @@ impl Scene {
         let earlier = self.drives[..index].iter().any(|other| other.name() == name)
             || self.forces.iter().any(|force| force.name() == Some(name));
         self.check_name(checker, name, earlier);
-        let only_revolute = match drive {
-            Drive::Speed { speed, angle, .. } => {
-                checker.finite("speed", "rad/s", *speed);
-                checker.finite("angle", "rad", *angle);
-                true
-            }
-            Drive::Motion { motion, .. } => {
-                checker.function("motion", "rad or m", motion);
-                false
-            }
-        };
+        let only_revolute = matches!(drive, Drive::Speed { .. });
         match self.find_joint(joint) {
             Ok(Joint::Ideal { kind: JointKind::Revolute, .. }) => {}
             Ok(Joint::Ideal { kind: JointKind::Prismatic { .. }, .. }) if !only_revolute => {}
@@ -279,13 +219,8 @@ impl Scene {
 
     fn check_start(&self, checker: &mut Checker, index: usize, start: &Start) {
         let earlier = &self.start[..index];
-        let mut finite = |field: &str, unit: &str, value: Option<f64>| {
-            checker.finite(field, unit, value.unwrap_or(0.0));
-        };
         let (field, name, found) = match start {
-            Start::Joint { joint, position, velocity } => {
-                finite("position", "rad or m", *position);
-                finite("velocity", "rad/s or m/s", *velocity);
+            Start::Joint { joint, .. } => {
                 let found = self.find_joint(joint).and_then(|found| match found {
                     Joint::Ideal { kind: JointKind::Revolute | JointKind::Prismatic { .. }, .. } => Ok(()),
                     _ => Err(format!(
@@ -298,26 +233,22 @@ impl Scene {
                 }));
                 ("joint", joint, found)
             }
-            Start::Body { body, angle, angular_velocity } => {
-                finite("angle", "rad", *angle);
-                finite("angular_velocity", "rad/s", *angular_velocity);
+            Start::Body { body, .. } => {
                 let found = self.body_index(body).and_then(|index| match index {
                     Some(_) => Ok(()),
                     None => Err("ground does not move".to_owned()),
                 });
                 ("body", body, found)
             }
-            Start::Clearance { joint, eccentricity, rate } => {
-                checker.finite_pair("eccentricity", "m", eccentricity);
-                checker.finite_pair("rate", "m/s", rate);
+            Start::Clearance { joint, .. } => {
                 let found = self.find_joint(joint).and_then(|found| match found {
                     Joint::Clearance { .. } => Ok(()),
                     _ => Err(format!("joint {joint:?} must be a revolute joint with clearance")),
                 });
                 ("joint", joint, found)
             }
-            Start::Guide { joint, .. } => {
-                let found = self.find_joint(joint).and_then(|found| checker.guide_start(found, start));
+            Start::Guide { joint, tilt, .. } => {
+                let found = self.find_joint(joint).and_then(|found| start_of_guide(found, tilt));
                 ("joint", joint, found)
             }
         };
@@ -397,44 +328,6 @@ impl Checker<'_> {
         }
     }
 
-    pub(super) fn finite(&mut self, field: &str, unit: &str, value: f64) -> bool {
-        if !value.is_finite() {
-            self.add(field, format!("must be a finite number [{unit}], got {value}"));
-        }
-        value.is_finite()
-    }
-
-    pub(super) fn finite_pair(&mut self, field: &str, unit: &str, values: &[f64; 2]) {
-        for (index, &value) in values.iter().enumerate() {
-            self.finite(&format!("{field}[{index}]"), unit, value);
-        }
-    }
-
-    pub(super) fn direction(&mut self, field: &str, direction: &[f64; 2]) {
-        self.finite_pair(field, "-", direction);
-        if *direction == [0.0, 0.0] {
-            self.add(field, "must not be the zero vector");
-        }
-    }
-
-    pub(super) fn positive(&mut self, field: &str, unit: &str, value: f64) {
-        if self.finite(field, unit, value) && value <= 0.0 {
-            self.add(field, format!("must be > 0 [{unit}], got {}", refused(value, 0.0)));
-        }
-    }
-
-    pub(super) fn at_least(&mut self, field: &str, unit: &str, value: f64, least: f64) {
-        if self.finite(field, unit, value) && value < least {
-            self.add(field, format!("must be >= {least} [{unit}], got {}", refused(value, least)));
-        }
-    }
-
-    pub(super) fn fraction(&mut self, field: &str, value: f64) {
-        if self.finite(field, "-", value) && !(value > 0.0 && value <= 1.0) {
-            self.add(field, format!("must be > 0 and <= 1 [-], got {}", refused(value, 1.0)));
-        }
-    }
-
     fn name(&mut self, field: &str, name: &str, taken: bool) {
         if name.is_empty() || name.contains('.') {
             self.add(field, format!("must be a non-empty name without a dot, got {name:?}"));
@@ -459,7 +352,6 @@ impl Checker<'_> {
         for (index, point) in points.iter().enumerate() {
             let path = format!("{field}.{}", point.name);
             self.name(&path, &point.name, points[..index].iter().any(|other| other.name == point.name));
-            self.finite_pair(&path, "m", &point.position);
         }
     }
 }

@@ -3,18 +3,17 @@
 
 use crate::contact::film::{FINITE_WIDTHS, Lubricant};
 use crate::contact::formula::{FORCES, Formula, SPEEDS};
-use crate::contact::friction::{FrictionLaw, JointFriction};
+use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::{Damping, NormalLaw};
 use crate::contact::pair::SlidingVelocity;
 use crate::contact::sticking::StickSlip;
 use crate::error::refused;
-use crate::expression::dimension::{Dimension, unit};
+use crate::expression::dimension::Dimension;
 use crate::numerics::accuracy::EQUAL;
 use crate::scene::check::Checker;
 use crate::scene::functions::BUSHING;
 use crate::scene::loads::{Expression, Load};
-use crate::scene::parts::{GuideShape, Joint, Scene, Start};
-use crate::scene::time_function::TimeFunction;
+use crate::scene::parts::{GuideShape, Joint, Scene};
 
 /// Penetrations at which a formula is looked at, as parts of the size of the mechanism.
 const DEPTHS: [f64; 4] = [1e-9, 1e-7, 1e-5, 1e-3];
@@ -74,31 +73,8 @@ const LEAST_SECTORS: usize = 8;
 impl Checker<'_> {
     /// Checks a law of a joint in a scene of a size [m].
     pub(super) fn normal_law(&mut self, law: &NormalLaw, size: f64) {
-        if let Some(formula) = law.formula() {
-            if let Some(message) = fault_of_force(formula, size) {
-                self.add("force", message);
-            }
-            return;
-        }
-        self.positive("stiffness", "N/m^exponent", law.stiffness);
-        self.at_least("exponent", "-", law.exponent, 1.0);
-        match law.damping {
-            Damping::Elastic | Damping::Formula { .. } => {}
-            Damping::LankaraniNikravesh { restitution }
-            | Damping::Flores { restitution }
-            | Damping::ExactRestitution { restitution, .. } => {
-                self.fraction("restitution", restitution);
-            }
-            Damping::KelvinVoigt { damping } => {
-                self.at_least("damping", "N s/m", damping, 0.0);
-            }
-            Damping::Impact { damping, depth } => {
-                self.at_least("damping", "N s/m", damping, 0.0);
-                self.positive("depth", "m", depth);
-            }
-            Damping::HuntCrossley { hysteresis_factor } => {
-                self.at_least("hysteresis_factor", "s/m", hysteresis_factor, 0.0);
-            }
+        if let Some(message) = law.formula().and_then(|formula| fault_of_force(formula, size)) {
+            self.add("force", message);
         }
     }
 
@@ -111,9 +87,6 @@ impl Checker<'_> {
         if profile.len() < LEAST_SECTORS {
             let got = profile.len();
             self.add("profile", format!("must have at least {LEAST_SECTORS} sectors, got {got}"));
-        }
-        for (index, depth) in profile.iter().enumerate() {
-            self.at_least(&format!("profile[{index}]"), "m", *depth, 0.0);
         }
         let exponent = contact.exponent == 1.5;
         let damped = matches!(
@@ -139,35 +112,8 @@ impl Checker<'_> {
 
     /// Checks a force or torque of the given dimension.
     pub(super) fn load(&mut self, scene: &Scene, field: &str, dimension: Dimension, load: &Load) {
-        match load {
-            Load::Time(function) => self.function(field, &unit(dimension), function),
-            Load::Motion(expression) => self.expression(scene, field, dimension, expression),
-        }
-    }
-
-    pub(super) fn function(&mut self, field: &str, unit: &str, function: &TimeFunction) {
-        match function {
-            TimeFunction::Polynomial(coefficients) => match coefficients[..] {
-                [value] => {
-                    self.finite(field, unit, value);
-                }
-                _ => coefficients.iter().enumerate().for_each(|(k, &coefficient)| {
-                    self.finite(
-                        &format!("{field}.coefficients[{k}]"),
-                        &format!("{unit} / s^{k}"),
-                        coefficient,
-                    );
-                }),
-            },
-            TimeFunction::Harmonic { mean, amplitude, angular_frequency, phase } => {
-                let mut inside = self.inside(field);
-                inside.finite("mean", unit, *mean);
-                inside.finite("amplitude", unit, *amplitude);
-                inside.finite("angular_frequency", "rad/s", *angular_frequency);
-                inside.finite("phase", "rad", *phase);
-            }
-            // The points of a spline and the names of a formula were checked when they were read.
-            TimeFunction::Table(_) | TimeFunction::Formula(_) => {}
+        if let Load::Motion(expression) = load {
+            self.expression(scene, field, dimension, expression);
         }
     }
 
@@ -181,10 +127,7 @@ impl Checker<'_> {
     }
 
     pub(super) fn lubricant(&mut self, lubricant: &Lubricant, journal_radius: f64) {
-        let Lubricant { viscosity, length, roughness, has_finite_width } = *lubricant;
-        self.positive("viscosity", "Pa s", viscosity);
-        self.positive("roughness", "m", roughness);
-        self.positive("length", "m", length);
+        let Lubricant { length, has_finite_width, .. } = *lubricant;
         let [narrow, wide] = FINITE_WIDTHS;
         let diameter = 2.0 * journal_radius;
         let ratio = length / diameter;
@@ -204,112 +147,56 @@ impl Checker<'_> {
     }
 
     pub(super) fn friction(&mut self, law: &FrictionLaw) {
-        let (static_coefficient, sliding_coefficient, stick_slip_velocity, static_sliding_velocity) =
-            match *law {
-                FrictionLaw::SmoothedCoulomb { coefficient, velocity } => {
-                    self.at_least("coefficient", "-", coefficient, 0.0);
-                    return self.positive("velocity", "m/s", velocity);
-                }
-                FrictionLaw::StickSlip(law) => return self.stick_slip(&law),
-                FrictionLaw::Formula(ref law) => {
-                    if let Some(message) = fault_of_friction(&law.formula) {
-                        self.add("coefficient", message);
-                    }
-                    return;
-                }
-                FrictionLaw::ModifiedCoulomb {
-                    static_coefficient,
-                    sliding_coefficient,
-                    stick_slip_velocity,
-                    static_sliding_velocity,
-                } => (static_coefficient, sliding_coefficient, stick_slip_velocity, static_sliding_velocity),
-            };
-        self.at_least("static_coefficient", "-", static_coefficient, 0.0);
-        self.at_least("sliding_coefficient", "-", sliding_coefficient, 0.0);
-        self.positive("stick_slip_velocity", "m/s", stick_slip_velocity);
-        self.positive("static_sliding_velocity", "m/s", static_sliding_velocity);
-        if static_sliding_velocity <= stick_slip_velocity {
-            let message = format!(
-                "must be > stick_slip_velocity = {} [m/s], got {}",
-                refused(stick_slip_velocity, static_sliding_velocity),
-                refused(static_sliding_velocity, stick_slip_velocity)
-            );
-            self.add("static_sliding_velocity", message);
-        }
-    }
-
-    pub(super) fn joint_friction(&mut self, law: &JointFriction) {
-        let (coefficient, name, size) = match *law {
-            JointFriction::Journal { coefficient, journal_radius } => {
-                (coefficient, "journal_radius", journal_radius)
+        match *law {
+            FrictionLaw::StickSlip(StickSlip { static_coefficient, sliding_coefficient, .. })
+                if sliding_coefficient > static_coefficient =>
+            {
+                let message = format!(
+                    "must be <= static_coefficient = {} [-], got {}: friction that grows with the sliding velocity does \
+                     not stick",
+                    refused(static_coefficient, sliding_coefficient),
+                    refused(sliding_coefficient, static_coefficient)
+                );
+                self.add("sliding_coefficient", message);
             }
-            JointFriction::Guide { coefficient, half_length } => (coefficient, "half_length", half_length),
-        };
-        self.at_least("coefficient", "-", coefficient, 0.0);
-        self.positive(name, "m", size);
+            FrictionLaw::ModifiedCoulomb { stick_slip_velocity, static_sliding_velocity, .. }
+                if static_sliding_velocity <= stick_slip_velocity =>
+            {
+                let message = format!(
+                    "must be > stick_slip_velocity = {} [m/s], got {}",
+                    refused(stick_slip_velocity, static_sliding_velocity),
+                    refused(static_sliding_velocity, stick_slip_velocity)
+                );
+                self.add("static_sliding_velocity", message);
+            }
+            FrictionLaw::Formula(ref law) => {
+                if let Some(message) = fault_of_friction(&law.formula) {
+                    self.add("coefficient", message);
+                }
+            }
+            _ => {}
+        }
     }
 
-    fn stick_slip(&mut self, law: &StickSlip) {
-        let StickSlip { static_coefficient, sliding_coefficient, .. } = *law;
-        self.at_least("static_coefficient", "-", static_coefficient, 0.0);
-        self.at_least("sliding_coefficient", "-", sliding_coefficient, 0.0);
-        if sliding_coefficient > static_coefficient {
-            let message = format!(
-                "must be <= static_coefficient = {} [-], got {}: friction that grows with the sliding velocity does not \
-                 stick",
-                refused(static_coefficient, sliding_coefficient),
-                refused(sliding_coefficient, static_coefficient)
-            );
-            self.add("sliding_coefficient", message);
-        }
-        self.at_least("stribeck_velocity", "m/s", law.stribeck_velocity, 0.0);
-        if let Some(stiffness) = law.tangential_stiffness {
-            self.positive("tangential_stiffness", "N/m", stiffness);
-        }
-        self.at_least("damping_ratio", "-", law.damping_ratio, 0.0);
-    }
-}
-
-impl Checker<'_> {
     pub(super) fn guide(&mut self, joint: &Joint, size: f64) {
-        let Joint::Guide { axis, shape, face_length, contact, friction, impact_velocity_floor, .. } = joint
-        else {
-            return;
-        };
-        let direction = if let GuideShape::Stop { .. } = shape { "normal" } else { "axis" };
-        self.direction(direction, axis);
-        match *shape {
-            GuideShape::Block { length, height, clearance, angle, is_sleeve } => {
-                self.positive("length", "m", length);
-                self.positive("height", "m", height);
-                self.positive("clearance", "m", clearance);
-                self.finite("angle", "rad", angle);
-                // Half the diagonal fits between the faces then.
-                let most = 0.5 * (length.hypot(height) - height);
-                if !is_sleeve && clearance >= most {
-                    let message = format!(
-                        "must be < {most:e} [m]: with more, a block of this length and height can turn over between the \
-                         faces; got {clearance:e}"
-                    );
-                    self.add("clearance", message);
-                }
+        let Joint::Guide { shape, face_length, contact, friction, .. } = joint else { return };
+        if let GuideShape::Block { length, height, clearance, is_sleeve: false, .. } = *shape {
+            // Half the diagonal fits between the faces then.
+            let most = 0.5 * (length.hypot(height) - height);
+            if clearance >= most {
+                let message = format!(
+                    "must be < {most:e} [m]: with more, a block of this length and height can turn over between the \
+                     faces; got {clearance:e}"
+                );
+                self.add("clearance", message);
             }
-            GuideShape::Pin { radius, clearance } => {
-                self.positive("pin_radius", "m", radius);
-                self.positive("clearance", "m", clearance);
-            }
-            GuideShape::Stop { radius } => self.at_least("radius", "m", radius, 0.0),
         }
-        if let Some(length) = face_length {
-            self.positive("face_length", "m", *length);
+        if face_length.is_some() {
             self.round_edge(shape, friction.as_ref());
         }
         self.inside("contact").normal_law(contact, size);
         if let Some(law) = friction {
             self.inside("friction").friction(law);
-        }
-        if let Some(floor) = impact_velocity_floor {
-            self.positive("impact_velocity_floor", "m/s", *floor);
         }
     }
 
@@ -332,27 +219,15 @@ impl Checker<'_> {
             );
         }
     }
+}
 
-    /// Checks the numbers of the start of a guide, and that the joint is one.
-    pub(super) fn guide_start(&mut self, joint: &Joint, start: &Start) -> Result<(), String> {
-        let Start::Guide { offset, tilt, displacement, .. } = start else { return Ok(()) };
-        let numbers = [
-            ("offset", "m", offset[0]),
-            ("offset_rate", "m/s", offset[1]),
-            ("tilt", "rad", tilt[0]),
-            ("tilt_rate", "rad/s", tilt[1]),
-            ("displacement", "m", displacement[0].unwrap_or(0.0)),
-            ("velocity", "m/s", displacement[1].unwrap_or(0.0)),
-        ];
-        for (field, unit, value) in numbers {
-            self.finite(field, unit, value);
+/// Whether a joint is a guide that can start so.
+pub(super) fn start_of_guide(joint: &Joint, tilt: &[f64; 2]) -> Result<(), String> {
+    match joint {
+        Joint::Guide { shape: GuideShape::Pin { .. }, .. } if *tilt != [0.0, 0.0] => {
+            Err(format!("the pin of {:?} has no tilt: it may turn", joint.name()))
         }
-        match joint {
-            Joint::Guide { shape: GuideShape::Pin { .. }, .. } if *tilt != [0.0, 0.0] => {
-                Err(format!("the pin of {:?} has no tilt: it may turn", joint.name()))
-            }
-            Joint::Guide { shape: GuideShape::Block { .. } | GuideShape::Pin { .. }, .. } => Ok(()),
-            _ => Err(format!("joint {:?} must be a guide with play or a pin in a slot", joint.name())),
-        }
+        Joint::Guide { shape: GuideShape::Block { .. } | GuideShape::Pin { .. }, .. } => Ok(()),
+        _ => Err(format!("joint {:?} must be a guide with play or a pin in a slot", joint.name())),
     }
 }

@@ -12,7 +12,7 @@ use crate::expression::grammar::Syntax;
 use crate::expression::tape::Tape;
 use crate::scene::check::Checker;
 use crate::scene::functions::expression_in;
-use crate::scene::json::{Fields, Node};
+use crate::scene::json::{Fields, Node, finite, positive};
 use crate::scene::loads::Expression;
 use crate::scene::parts::{Force, GROUND, Scene, length_scale};
 use crate::scene::quantities::{Quantity, TIME};
@@ -110,14 +110,14 @@ pub(super) fn coupling(fields: &mut Fields) -> Coupling {
         law: fields.required("law").map_or(UNREADABLE, |node| law(node, &driver)),
         driver,
         carrier: fields.optional("carrier").map(|node| node.text()),
-        offset: fields.optional_number("offset"),
+        offset: fields.optional_quantity("offset", finite("rad or m")),
         pressure_angle: fields.optional_number("pressure_angle"),
         backlash: backlash(fields),
     }
 }
 
 fn backlash(fields: &mut Fields) -> Option<Backlash> {
-    let play = fields.optional_number("backlash");
+    let play = fields.optional_quantity("backlash", positive("m"));
     let contact = fields.optional("contact").map(|node| node.read(normal_law));
     let missing = match (play, contact) {
         (Some(play), Some(contact)) => return Some(Backlash { play, contact }),
@@ -228,9 +228,6 @@ impl Coupling {
 
     /// Adds what is wrong with the coupling but for its name.
     pub(super) fn check(&self, scene: &Scene, checker: &mut Checker) {
-        if let Some(offset) = self.offset {
-            checker.finite("offset", "rad or m", offset);
-        }
         self.check_teeth(scene, checker);
         if let Some(carrier) = &self.carrier
             && checker.result("carrier", scene.body_index(carrier)).is_none()
@@ -255,8 +252,7 @@ impl Coupling {
                 checker.add("pressure_angle", "belongs to teeth: the law must be a ratio");
             }
         }
-        let Some(Backlash { play, contact }) = &self.backlash else { return };
-        checker.positive("backlash", "m", *play);
+        let Some(Backlash { contact, .. }) = &self.backlash else { return };
         checker.inside("contact").normal_law(contact, length_scale(scene));
         if self.pressure_angle.is_none() {
             let message = "must be given with a backlash, since the flanks touch at the pitch point";

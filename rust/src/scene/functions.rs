@@ -2,8 +2,8 @@
 
 use crate::contact::formula::Formula;
 use crate::expression::curve::{Beyond, Curve, Interpolation};
-use crate::expression::dimension::Dimension;
-use crate::scene::json::{Fields, Kind, Node};
+use crate::expression::dimension::{Dimension, unit};
+use crate::scene::json::{Fields, Kind, Node, at_least, finite};
 use crate::scene::loads::{Expression, Load};
 use crate::scene::parts::Force;
 use crate::scene::quantities::TIME;
@@ -14,7 +14,7 @@ const UNREADABLE: Load = Load::Time(TimeFunction::Polynomial(Vec::new()));
 
 /// A function of time: a number, or an object.
 pub(super) fn time_function(fields: &mut Fields, name: &'static str) -> TimeFunction {
-    match load(fields, name) {
+    match load(fields, name, "rad or m") {
         Load::Time(function) => function,
         Load::Motion(expression) => expression.of_time().unwrap_or_else(|message| {
             fields.problem(name, message);
@@ -24,47 +24,45 @@ pub(super) fn time_function(fields: &mut Fields, name: &'static str) -> TimeFunc
 }
 
 /// A function of time or of the motion: a number, or an object.
-pub(super) fn load(fields: &mut Fields, name: &'static str) -> Load {
-    fields.required(name).map_or(Load::Time(TimeFunction::constant(f64::NAN)), load_at)
+pub(super) fn load(fields: &mut Fields, name: &'static str, unit: &str) -> Load {
+    fields.required(name).map_or(Load::NONE, |node| load_at(node, unit))
 }
 
 /// The same, zero if it is left out.
-pub(super) fn load_or_none(fields: &mut Fields, name: &'static str) -> Load {
-    fields.optional(name).map_or(Load::NONE, load_at)
+pub(super) fn load_or_none(fields: &mut Fields, name: &'static str, unit: &str) -> Load {
+    fields.optional(name).map_or(Load::NONE, |node| load_at(node, unit))
 }
 
-fn load_at(node: Node) -> Load {
+fn load_at(node: Node, unit: &str) -> Load {
     if !node.value.is_object() {
-        return Load::Time(TimeFunction::constant(node.number()));
+        return Load::Time(TimeFunction::constant(node.quantity(finite(unit))));
     }
     let kinds: [Kind<Load>; 4] = [
-        ("polynomial", |fields| Load::Time(polynomial(fields))),
-        ("harmonic", |fields| {
+        ("polynomial", &|fields| Load::Time(polynomial(fields, unit))),
+        ("harmonic", &|fields| {
             Load::Time(TimeFunction::Harmonic {
-                mean: fields.number_or("mean", 0.0),
-                amplitude: fields.number("amplitude"),
-                angular_frequency: fields.number("angular_frequency"),
-                phase: fields.number_or("phase", 0.0),
+                mean: fields.quantity_or("mean", finite(unit), 0.0),
+                amplitude: fields.quantity("amplitude", finite(unit)),
+                angular_frequency: fields.quantity("angular_frequency", finite("rad/s")),
+                phase: fields.quantity_or("phase", finite("rad"), 0.0),
             })
         }),
-        ("table", table),
-        ("expression", |fields| {
+        ("table", &table),
+        ("expression", &|fields| {
             expression_in(fields).map_or(UNREADABLE, |expression| Load::Motion(Box::new(expression)))
         }),
     ];
     node.read(|fields| fields.one_of("function", &kinds))
 }
 
-fn polynomial(fields: &mut Fields) -> TimeFunction {
-    let mut coefficients = fields.sound(|fields| fields.numbers("coefficients")).unwrap_or(vec![0.0; 2]);
-    if coefficients.is_empty() {
-        fields.problem("coefficients", "must not be empty");
-    }
-    if coefficients.len() == 1 {
-        // A single coefficient would count as a plain number, and problems would have the path of
-        // one.
-        coefficients.push(0.0);
-    }
+fn polynomial(fields: &mut Fields, unit: &str) -> TimeFunction {
+    let coefficients = fields.required("coefficients").map_or_else(Vec::new, |node| {
+        let coefficients = node.quantities(finite(&format!("{unit} s^-k")));
+        if coefficients.is_empty() && node.value.is_array() {
+            node.problem("must not be empty");
+        }
+        coefficients
+    });
     TimeFunction::Polynomial(coefficients)
 }
 
@@ -113,10 +111,10 @@ pub(super) const BUSHING: [(&str, Dimension); 4] = [
 ];
 
 /// A number, or a formula of the motion in its place; zero if it is left out.
-fn number_or_formula(fields: &mut Fields, name: &'static str) -> (f64, Option<Box<Expression>>) {
+fn number_or_formula(fields: &mut Fields, name: &'static str, unit: &str) -> (f64, Option<Box<Expression>>) {
     match fields.optional(name) {
         None => (0.0, None),
-        Some(node) if !node.value.is_object() => (node.number(), None),
+        Some(node) if !node.value.is_object() => (node.quantity(at_least(0.0, unit)), None),
         Some(node) => (0.0, node.read(formula).map(Box::new)),
     }
 }
@@ -124,7 +122,7 @@ fn number_or_formula(fields: &mut Fields, name: &'static str) -> (f64, Option<Bo
 pub(super) fn bushing(fields: &mut Fields) -> Force {
     let [name, a, b] = ["name", "a", "b"].map(|field| fields.text(field));
     let [stiffness, damping, torsional_stiffness, torsional_damping] =
-        BUSHING.map(|(field, _)| number_or_formula(fields, field));
+        BUSHING.map(|(field, dimension)| number_or_formula(fields, field, &unit(dimension)));
     fields.required("stiffness");
     Force::Bushing {
         name,

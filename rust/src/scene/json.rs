@@ -5,7 +5,7 @@ use std::cell::RefCell;
 
 use serde_json::{Map, Value};
 
-use crate::error::{InputError, Problem, Subject, did_you_mean};
+use crate::error::{InputError, Problem, Subject, did_you_mean, refused};
 use crate::scene::parts::Point;
 
 /// Problems found so far, to which all nodes of a text add.
@@ -42,7 +42,52 @@ pub(crate) struct Fields<'a> {
 }
 
 /// A word that determines the kind of an object, and what reads the fields of that kind.
-pub(crate) type Kind<'a, T> = (&'static str, fn(&mut Fields<'a>) -> T);
+pub(crate) type Kind<'f, 'a, T> = (&'static str, &'f dyn Fn(&mut Fields<'a>) -> T);
+
+/// A number that is accepted: finite, and perhaps bounded.
+#[derive(Clone, Copy)]
+pub(crate) struct Accepted<'u> {
+    unit: &'u str,
+    /// The bound, and whether it is accepted itself.
+    least: Option<(f64, bool)>,
+    most: f64,
+}
+
+pub(crate) fn finite(unit: &str) -> Accepted<'_> {
+    Accepted { unit, least: None, most: f64::INFINITY }
+}
+
+pub(crate) fn positive(unit: &str) -> Accepted<'_> {
+    Accepted { least: Some((0.0, false)), ..finite(unit) }
+}
+
+pub(crate) fn at_least(least: f64, unit: &str) -> Accepted<'_> {
+    Accepted { least: Some((least, true)), ..finite(unit) }
+}
+
+/// Above 0 and up to 1.
+pub(crate) const FRACTION: Accepted = Accepted { unit: "-", least: Some((0.0, false)), most: 1.0 };
+
+impl Accepted<'_> {
+    /// What a number must be, if it is not.
+    fn fault(self, value: f64) -> Option<String> {
+        let Self { unit, least, most } = self;
+        if !value.is_finite() {
+            return Some(format!("must be a finite number [{unit}], got {value}"));
+        }
+        let (least, is_accepted) = least?;
+        let is_above = value > least || is_accepted && value == least;
+        if is_above && value <= most {
+            return None;
+        }
+        let above = if is_accepted { ">=" } else { ">" };
+        let below = if most.is_finite() { format!(" and <= {most}") } else { String::new() };
+        Some(format!(
+            "must be {above} {least}{below} [{unit}], got {}",
+            refused(value, if is_above { most } else { least })
+        ))
+    }
+}
 
 /// The value written in `text`.
 ///
@@ -110,10 +155,21 @@ impl<'a> Node<'a> {
         }
     }
 
-    pub(crate) fn pair(&self) -> [f64; 2] {
+    /// A number that is accepted. One that is not is NaN after a problem was noted, so that no other is said to contradict it.
+    pub(crate) fn quantity(&self, accepted: Accepted) -> f64 {
+        let before = self.problems.count();
+        let value = self.number();
+        let fault = accepted.fault(value).filter(|_| self.problems.count() == before);
+        fault.map_or(value, |message| {
+            self.problem(message);
+            f64::NAN
+        })
+    }
+
+    pub(crate) fn pair(&self, unit: &str) -> [f64; 2] {
         match self.value.as_array().map(Vec::as_slice) {
             Some([first, second]) => {
-                [(0, first), (1, second)].map(|(index, value)| self.item(index, value).number())
+                [(0, first), (1, second)].map(|(index, value)| self.item(index, value).quantity(finite(unit)))
             }
             _ => {
                 self.problem(format!("must be a pair of numbers [x, y], got {}", self.value));
@@ -135,6 +191,10 @@ impl<'a> Node<'a> {
 
     pub(crate) fn numbers(&self) -> Vec<f64> {
         self.items(" of numbers", |node| node.number())
+    }
+
+    pub(crate) fn quantities(&self, accepted: Accepted) -> Vec<f64> {
+        self.items(" of numbers", |node| node.quantity(accepted))
     }
 
     fn items<T>(&self, of_what: &str, read: impl Fn(Node<'a>) -> T) -> Vec<T> {
@@ -204,6 +264,18 @@ impl<'a> Fields<'a> {
         self.optional(name).map(|node| node.number())
     }
 
+    pub(crate) fn quantity(&mut self, name: &'static str, accepted: Accepted) -> f64 {
+        self.required(name).map_or(f64::NAN, |node| node.quantity(accepted))
+    }
+
+    pub(crate) fn quantity_or(&mut self, name: &'static str, accepted: Accepted, default: f64) -> f64 {
+        self.optional_quantity(name, accepted).unwrap_or(default)
+    }
+
+    pub(crate) fn optional_quantity(&mut self, name: &'static str, accepted: Accepted) -> Option<f64> {
+        self.optional(name).map(|node| node.quantity(accepted))
+    }
+
     pub(crate) fn numbers(&mut self, name: &'static str) -> Vec<f64> {
         self.required(name).map_or_else(Vec::new, |node| node.numbers())
     }
@@ -222,8 +294,17 @@ impl<'a> Fields<'a> {
         })
     }
 
-    pub(crate) fn pair(&mut self, name: &'static str) -> [f64; 2] {
-        self.required(name).map_or([f64::NAN; 2], |node| node.pair())
+    pub(crate) fn pair(&mut self, name: &'static str, unit: &str) -> [f64; 2] {
+        self.required(name).map_or([f64::NAN; 2], |node| node.pair(unit))
+    }
+
+    /// A vector that is not zero.
+    pub(crate) fn direction(&mut self, name: &'static str) -> [f64; 2] {
+        let direction = self.pair(name, "-");
+        if direction == [0.0; 2] {
+            self.problem(name, "must not be the zero vector");
+        }
+        direction
     }
 
     pub(crate) fn text(&mut self, name: &'static str) -> String {
@@ -260,7 +341,7 @@ impl<'a> Fields<'a> {
     }
 
     /// An object of one of several kinds.
-    pub(crate) fn one_of<T>(&mut self, name: &'static str, kinds: &[Kind<'a, T>]) -> T {
+    pub(crate) fn one_of<T>(&mut self, name: &'static str, kinds: &[Kind<'_, 'a, T>]) -> T {
         self.tag(name, kinds)(self)
     }
 
@@ -274,7 +355,7 @@ impl<'a> Fields<'a> {
 
     pub(crate) fn points(&mut self, name: &'static str) -> Vec<Point> {
         let points = self.named(name, "points {\"name\": [x, y]}");
-        points.into_iter().map(|(name, node)| Point { name, position: node.pair() }).collect()
+        points.into_iter().map(|(name, node)| Point { name, position: node.pair("m") }).collect()
     }
 
     pub(crate) fn named_numbers(&mut self, name: &'static str) -> Vec<(String, f64)> {

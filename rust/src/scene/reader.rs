@@ -15,7 +15,7 @@ use crate::error::{InputError, Problem, Subject};
 use crate::expression::dimension::{FORCE, PLAIN};
 use crate::scene::couplings::coupling;
 use crate::scene::functions::{bushing, law, load, load_or_none, time_function};
-use crate::scene::json::{Fields, Kind, parse, read_object};
+use crate::scene::json::{FRACTION, Fields, Kind, at_least, finite, parse, positive, read_object};
 use crate::scene::loads::Load;
 use crate::scene::parts::{
     Body, CENTER_OF_MASS, Drive, Force, ForceFrame, GROUND, GuideShape, Joint, JointKind, Scene, Start,
@@ -91,12 +91,12 @@ fn scene(fields: &mut Fields) -> Scene {
 fn body(fields: &mut Fields) -> Body {
     Body {
         name: fields.text("name"),
-        mass: fields.number("mass"),
-        inertia: fields.number("inertia"),
-        center_of_mass: fields.optional("center_of_mass").map_or([0.0, 0.0], |node| node.pair()),
+        mass: fields.quantity("mass", at_least(0.0, "kg")),
+        inertia: fields.quantity("inertia", at_least(0.0, "kg m^2")),
+        center_of_mass: fields.optional("center_of_mass").map_or([0.0, 0.0], |node| node.pair("m")),
         inertia_about: fields.text_or("inertia_about", CENTER_OF_MASS),
         points: fields.points("points"),
-        angle: fields.number_or("angle", 0.0),
+        angle: fields.quantity_or("angle", finite("rad"), 0.0),
     }
 }
 
@@ -104,7 +104,7 @@ fn joint(fields: &mut Fields) -> Joint {
     fields.one_of(
         "type",
         &[
-            ("revolute", |fields| {
+            ("revolute", &|fields| {
                 let ([name, a, b], friction) = ideal(fields, "journal_friction", "journal_radius");
                 let friction = friction.map(|[coefficient, journal_radius]| JointFriction::Journal {
                     coefficient,
@@ -112,37 +112,38 @@ fn joint(fields: &mut Fields) -> Joint {
                 });
                 Joint::Ideal { name, a, b, kind: JointKind::Revolute, friction }
             }),
-            ("prismatic", |fields| {
+            ("prismatic", &|fields| {
                 let ([name, a, b], friction) = ideal(fields, "guide_friction", "half_length");
                 let friction = friction
                     .map(|[coefficient, half_length]| JointFriction::Guide { coefficient, half_length });
-                let (axis, angle) = (fields.pair("axis"), fields.number_or("angle", 0.0));
+                let (axis, angle) =
+                    (fields.direction("axis"), fields.quantity_or("angle", finite("rad"), 0.0));
                 Joint::Ideal { name, a, b, kind: JointKind::Prismatic { axis, angle }, friction }
             }),
-            ("fixed", |fields| {
+            ("fixed", &|fields| {
                 let [name, a, b] = names(fields);
-                let kind = JointKind::Fixed { angle: fields.number_or("angle", 0.0) };
+                let kind = JointKind::Fixed { angle: fields.quantity_or("angle", finite("rad"), 0.0) };
                 Joint::Ideal { name, a, b, kind, friction: None }
             }),
-            ("clearance_revolute", clearance),
-            ("clearance_prismatic", |fields| {
+            ("clearance_revolute", &clearance),
+            ("clearance_prismatic", &|fields| {
                 guide(fields, ["a", "b", "axis"], |fields| GuideShape::Block {
-                    length: fields.number("length"),
-                    height: fields.number("height"),
-                    clearance: fields.number("clearance"),
-                    angle: fields.number_or("angle", 0.0),
+                    length: fields.quantity("length", positive("m")),
+                    height: fields.quantity("height", positive("m")),
+                    clearance: fields.quantity("clearance", positive("m")),
+                    angle: fields.quantity_or("angle", finite("rad"), 0.0),
                     is_sleeve: fields.word("corners", &[("b", false), ("a", true)]),
                 })
             }),
-            ("pin_in_slot", |fields| {
+            ("pin_in_slot", &|fields| {
                 guide(fields, ["slot", "pin", "axis"], |fields| GuideShape::Pin {
-                    radius: fields.number("pin_radius"),
-                    clearance: fields.number("clearance"),
+                    radius: fields.quantity("pin_radius", positive("m")),
+                    clearance: fields.quantity("clearance", positive("m")),
                 })
             }),
-            ("stop", |fields| {
+            ("stop", &|fields| {
                 guide(fields, ["a", "b", "normal"], |fields| GuideShape::Stop {
-                    radius: fields.number_or("radius", 0.0),
+                    radius: fields.quantity_or("radius", at_least(0.0, "m"), 0.0),
                 })
             }),
         ],
@@ -160,7 +161,7 @@ fn ideal(fields: &mut Fields, law: &'static str, size: &'static str) -> ([String
     let friction = fields.optional("friction").map(|node| {
         node.read(|fields| {
             fields.tag("law", &[(law, ())]);
-            ["coefficient", size].map(|name| fields.number(name))
+            [fields.quantity("coefficient", at_least(0.0, "-")), fields.quantity(size, positive("m"))]
         })
     });
     (names, friction)
@@ -173,14 +174,14 @@ fn clearance(fields: &mut Fields) -> Joint {
         name: fields.text("name"),
         bearing: fields.text("bearing"),
         journal: fields.text("journal"),
-        journal_radius: fields.number("journal_radius"),
-        clearance: fields.number("clearance"),
+        journal_radius: fields.quantity("journal_radius", positive("m")),
+        clearance: fields.quantity("clearance", positive("m")),
         contact: contact(fields),
         friction: fields.optional("friction").map(|node| node.read(friction_law)),
         sliding: fields.word("sliding", &conventions),
         film: fields.optional("film").map(|node| node.read(lubricant)),
-        profile: fields.optional("profile").map_or_else(Vec::new, |node| node.numbers()),
-        impact_velocity_floor: fields.optional_number("impact_velocity_floor"),
+        profile: fields.optional("profile").map_or_else(Vec::new, |node| node.quantities(at_least(0.0, "m"))),
+        impact_velocity_floor: fields.optional_quantity("impact_velocity_floor", positive("m/s")),
     }
 }
 
@@ -194,12 +195,12 @@ fn guide(
         name: fields.text("name"),
         a: fields.text(a),
         b: fields.text(b),
-        axis: fields.pair(axis),
+        axis: fields.direction(axis),
         shape: shape(fields),
-        face_length: fields.optional_number("face_length"),
+        face_length: fields.optional_quantity("face_length", positive("m")),
         contact: contact(fields),
         friction: fields.optional("friction").map(|node| node.read(friction_law)),
-        impact_velocity_floor: fields.optional_number("impact_velocity_floor"),
+        impact_velocity_floor: fields.optional_quantity("impact_velocity_floor", positive("m/s")),
     }
 }
 
@@ -212,33 +213,37 @@ fn contact(fields: &mut Fields) -> NormalLaw {
 
 pub(super) fn normal_law(fields: &mut Fields) -> NormalLaw {
     let damped: [Kind<NormalLaw>; 8] = [
-        ("lankarani_nikravesh", |fields| {
+        ("lankarani_nikravesh", &|fields| {
             power_law(fields, |fields| Damping::LankaraniNikravesh {
-                restitution: fields.number("restitution"),
+                restitution: fields.quantity("restitution", FRACTION),
             })
         }),
-        ("flores", |fields| {
-            power_law(fields, |fields| Damping::Flores { restitution: fields.number("restitution") })
+        ("flores", &|fields| {
+            power_law(fields, |fields| Damping::Flores {
+                restitution: fields.quantity("restitution", FRACTION),
+            })
         }),
-        ("exact_restitution", |fields| {
-            power_law(fields, |fields| Damping::exact_restitution(fields.number("restitution")))
+        ("exact_restitution", &|fields| {
+            power_law(fields, |fields| Damping::exact_restitution(fields.quantity("restitution", FRACTION)))
         }),
-        ("hunt_crossley", |fields| {
+        ("hunt_crossley", &|fields| {
             power_law(fields, |fields| Damping::HuntCrossley {
-                hysteresis_factor: fields.number("hysteresis_factor"),
+                hysteresis_factor: fields.quantity("hysteresis_factor", at_least(0.0, "s/m")),
             })
         }),
-        ("kelvin_voigt", |fields| {
-            power_law(fields, |fields| Damping::KelvinVoigt { damping: fields.number("damping") })
+        ("kelvin_voigt", &|fields| {
+            power_law(fields, |fields| Damping::KelvinVoigt {
+                damping: fields.quantity("damping", at_least(0.0, "N s/m")),
+            })
         }),
-        ("impact", |fields| {
+        ("impact", &|fields| {
             power_law(fields, |fields| Damping::Impact {
-                damping: fields.number("damping"),
-                depth: fields.number("depth"),
+                damping: fields.quantity("damping", at_least(0.0, "N s/m")),
+                depth: fields.quantity("depth", positive("m")),
             })
         }),
-        ("hertz", |fields| power_law(fields, |_| Damping::Elastic)),
-        ("formula", |fields| {
+        ("hertz", &|fields| power_law(fields, |_| Damping::Elastic)),
+        ("formula", &|fields| {
             // A sound law in the place of one that could not be read, for which a problem was added.
             let unread = NormalLaw { stiffness: 1.0, exponent: 1.0, damping: Damping::Elastic };
             law(fields, "force", &OF_NORMAL_FORCE, FORCE).map_or(unread, NormalLaw::of)
@@ -249,8 +254,8 @@ pub(super) fn normal_law(fields: &mut Fields) -> NormalLaw {
 
 fn power_law(fields: &mut Fields, damping: impl FnOnce(&mut Fields) -> Damping) -> NormalLaw {
     NormalLaw {
-        stiffness: fields.number("stiffness"),
-        exponent: fields.number_or("exponent", 1.5),
+        stiffness: fields.quantity("stiffness", positive("N/m^exponent")),
+        exponent: fields.quantity_or("exponent", at_least(1.0, "-"), 1.5),
         damping: damping(fields),
     }
 }
@@ -259,26 +264,26 @@ fn friction_law(fields: &mut Fields) -> FrictionLaw {
     fields.one_of(
         "law",
         &[
-            ("modified_coulomb", |fields| FrictionLaw::ModifiedCoulomb {
-                static_coefficient: fields.number("static_coefficient"),
-                sliding_coefficient: fields.number("sliding_coefficient"),
-                stick_slip_velocity: fields.number("stick_slip_velocity"),
-                static_sliding_velocity: fields.number("static_sliding_velocity"),
+            ("modified_coulomb", &|fields| FrictionLaw::ModifiedCoulomb {
+                static_coefficient: fields.quantity("static_coefficient", at_least(0.0, "-")),
+                sliding_coefficient: fields.quantity("sliding_coefficient", at_least(0.0, "-")),
+                stick_slip_velocity: fields.quantity("stick_slip_velocity", positive("m/s")),
+                static_sliding_velocity: fields.quantity("static_sliding_velocity", positive("m/s")),
             }),
-            ("smoothed_coulomb", |fields| FrictionLaw::SmoothedCoulomb {
-                coefficient: fields.number("coefficient"),
-                velocity: fields.number("velocity"),
+            ("smoothed_coulomb", &|fields| FrictionLaw::SmoothedCoulomb {
+                coefficient: fields.quantity("coefficient", at_least(0.0, "-")),
+                velocity: fields.quantity("velocity", positive("m/s")),
             }),
-            ("stick_slip", |fields| {
+            ("stick_slip", &|fields| {
                 FrictionLaw::StickSlip(StickSlip {
-                    static_coefficient: fields.number("static_coefficient"),
-                    sliding_coefficient: fields.number("sliding_coefficient"),
-                    stribeck_velocity: fields.number("stribeck_velocity"),
-                    tangential_stiffness: fields.optional_number("tangential_stiffness"),
-                    damping_ratio: fields.number_or("damping_ratio", 0.3),
+                    static_coefficient: fields.quantity("static_coefficient", at_least(0.0, "-")),
+                    sliding_coefficient: fields.quantity("sliding_coefficient", at_least(0.0, "-")),
+                    stribeck_velocity: fields.quantity("stribeck_velocity", at_least(0.0, "m/s")),
+                    tangential_stiffness: fields.optional_quantity("tangential_stiffness", positive("N/m")),
+                    damping_ratio: fields.quantity_or("damping_ratio", at_least(0.0, "-"), 0.3),
                 })
             }),
-            ("formula", |fields| {
+            ("formula", &|fields| {
                 let unread = FrictionLaw::SmoothedCoulomb { coefficient: 0.0, velocity: 1.0 };
                 law(fields, "coefficient", &OF_FRICTION, PLAIN).map_or(unread, FrictionLaw::of)
             }),
@@ -289,9 +294,9 @@ fn friction_law(fields: &mut Fields) -> FrictionLaw {
 fn lubricant(fields: &mut Fields) -> Lubricant {
     Lubricant {
         has_finite_width: fields.tag("law", &[("short_bearing", false), ("finite_bearing", true)]),
-        viscosity: fields.number("viscosity"),
-        length: fields.number("length"),
-        roughness: fields.number("roughness"),
+        viscosity: fields.quantity("viscosity", positive("Pa s")),
+        length: fields.quantity("length", positive("m")),
+        roughness: fields.quantity("roughness", positive("m")),
     }
 }
 
@@ -299,43 +304,45 @@ fn force(fields: &mut Fields) -> Force {
     fields.one_of(
         "type",
         &[
-            ("gravity", |fields| Force::Gravity { acceleration: fields.pair("acceleration") }),
-            ("spring", |fields| {
+            ("gravity", &|fields| Force::Gravity { acceleration: fields.pair("acceleration", "m/s^2") }),
+            ("spring", &|fields| {
                 let ([name, a, b], tension) = link(fields);
-                let [stiffness, length] = ["stiffness", "length"].map(|field| fields.number(field));
-                let damping = fields.number_or("damping", 0.0);
+                let stiffness = fields.quantity("stiffness", at_least(0.0, "N/m"));
+                let length = fields.quantity("length", at_least(0.0, "m"));
+                let damping = fields.quantity_or("damping", at_least(0.0, "N s/m"), 0.0);
                 Force::Spring { name, a, b, stiffness, length, damping, tension }
             }),
             // A spring without stiffness.
-            ("damper", |fields| {
+            ("damper", &|fields| {
                 let ([name, a, b], tension) = link(fields);
-                let damping = fields.number("damping");
+                let damping = fields.quantity("damping", at_least(0.0, "N s/m"));
                 Force::Spring { name, a, b, stiffness: 0.0, length: 0.0, damping, tension }
             }),
-            ("bushing", bushing),
-            ("torsion_spring", |fields| {
+            ("bushing", &bushing),
+            ("torsion_spring", &|fields| {
                 let [name, a, b] = names(fields);
-                let stiffness = fields.number("stiffness");
-                let [angle, damping] = ["angle", "damping"].map(|field| fields.number_or(field, 0.0));
+                let stiffness = fields.quantity("stiffness", at_least(0.0, "N m/rad"));
+                let angle = fields.quantity_or("angle", finite("rad"), 0.0);
+                let damping = fields.quantity_or("damping", at_least(0.0, "N m s/rad"), 0.0);
                 Force::TorsionSpring { name, a, b, stiffness, angle, damping }
             }),
-            ("torsion_damper", |fields| {
+            ("torsion_damper", &|fields| {
                 let [name, a, b] = names(fields);
-                let damping = fields.number("damping");
+                let damping = fields.quantity("damping", at_least(0.0, "N m s/rad"));
                 Force::TorsionSpring { name, a, b, stiffness: 0.0, angle: 0.0, damping }
             }),
-            ("force", |fields| Force::Applied {
+            ("force", &|fields| Force::Applied {
                 name: fields.text("name"),
                 point: fields.text("point"),
-                x: load(fields, "x"),
-                y: load(fields, "y"),
+                x: load(fields, "x", "N"),
+                y: load(fields, "y", "N"),
                 frame: fields.word("frame", &[("ground", ForceFrame::Ground), ("body", ForceFrame::Body)]),
             }),
-            ("torque", |fields| Force::Torque {
+            ("torque", &|fields| Force::Torque {
                 name: fields.text("name"),
                 body: fields.text("body"),
                 reaction: fields.text_or("reaction", GROUND),
-                torque: load(fields, "torque"),
+                torque: load(fields, "torque", "N m"),
             }),
         ],
     )
@@ -343,20 +350,20 @@ fn force(fields: &mut Fields) -> Force {
 
 /// Name and ends of a spring or damper, and its further tension.
 fn link(fields: &mut Fields) -> ([String; 3], Load) {
-    (names(fields), load_or_none(fields, "tension"))
+    (names(fields), load_or_none(fields, "tension", "N"))
 }
 
 fn drive(fields: &mut Fields) -> Drive {
     fields.one_of(
         "type",
         &[
-            ("speed", |fields| Drive::Speed {
+            ("speed", &|fields| Drive::Speed {
                 name: fields.text("name"),
                 joint: fields.text("joint"),
-                speed: fields.number("speed"),
-                angle: fields.number_or("angle", 0.0),
+                speed: fields.quantity("speed", finite("rad/s")),
+                angle: fields.quantity_or("angle", finite("rad"), 0.0),
             }),
-            ("motion", |fields| Drive::Motion {
+            ("motion", &|fields| Drive::Motion {
                 name: fields.text("name"),
                 joint: fields.text("joint"),
                 motion: time_function(fields, "motion"),
@@ -369,26 +376,29 @@ fn start(fields: &mut Fields) -> Start {
     fields.one_of(
         "type",
         &[
-            ("joint", |fields| Start::Joint {
+            ("joint", &|fields| Start::Joint {
                 joint: fields.text("joint"),
-                position: fields.optional_number("position"),
-                velocity: fields.optional_number("velocity"),
+                position: fields.optional_quantity("position", finite("rad or m")),
+                velocity: fields.optional_quantity("velocity", finite("rad/s or m/s")),
             }),
-            ("body", |fields| Start::Body {
+            ("body", &|fields| Start::Body {
                 body: fields.text("body"),
-                angle: fields.optional_number("angle"),
-                angular_velocity: fields.optional_number("angular_velocity"),
+                angle: fields.optional_quantity("angle", finite("rad")),
+                angular_velocity: fields.optional_quantity("angular_velocity", finite("rad/s")),
             }),
-            ("clearance", |fields| Start::Clearance {
+            ("clearance", &|fields| Start::Clearance {
                 joint: fields.text("joint"),
-                eccentricity: fields.pair("eccentricity"),
-                rate: fields.optional("rate").map_or([0.0, 0.0], |node| node.pair()),
+                eccentricity: fields.pair("eccentricity", "m"),
+                rate: fields.optional("rate").map_or([0.0, 0.0], |node| node.pair("m/s")),
             }),
-            ("guide", |fields| Start::Guide {
+            ("guide", &|fields| Start::Guide {
                 joint: fields.text("joint"),
-                offset: ["offset", "offset_rate"].map(|field| fields.number_or(field, 0.0)),
-                tilt: ["tilt", "tilt_rate"].map(|field| fields.number_or(field, 0.0)),
-                displacement: ["displacement", "velocity"].map(|field| fields.optional_number(field)),
+                offset: [("offset", "m"), ("offset_rate", "m/s")]
+                    .map(|(field, unit)| fields.quantity_or(field, finite(unit), 0.0)),
+                tilt: [("tilt", "rad"), ("tilt_rate", "rad/s")]
+                    .map(|(field, unit)| fields.quantity_or(field, finite(unit), 0.0)),
+                displacement: [("displacement", "m"), ("velocity", "m/s")]
+                    .map(|(field, unit)| fields.optional_quantity(field, finite(unit))),
             }),
         ],
     )
