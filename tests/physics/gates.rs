@@ -6,7 +6,7 @@ use chebclear::contact::normal::{Damping, NormalLaw};
 use chebclear::integrators::Status;
 use chebclear::integrators::tableaus::{RODAS4, RODAS5P};
 use chebclear::run::settings::{Method, Settings};
-use chebclear::run::trajectory::{Trajectory, resume, simulate, simulate_from};
+use chebclear::run::trajectory::{Trajectory, simulate, simulate_from};
 use chebclear::scene::parts::Scene;
 use chebclear::tree::elements::State;
 
@@ -213,7 +213,7 @@ fn a_run_costs_no_more_the_longer_it_has_gone_on() {
         let [early, late] = [0.0, 1000.0 * revolution].map(|later| {
             let mut restart = end.clone();
             restart.time += later;
-            let run = resume(&mechanism, &restart, &settings, &|_| true).unwrap();
+            let run = simulate_from(&mechanism, &restart, &settings, &|_| true).unwrap();
             assert_eq!(run.status.word(), "done", "{}", run.message());
             run.stats
         });

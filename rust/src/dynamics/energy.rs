@@ -45,26 +45,15 @@ impl Dynamics<'_> {
     /// Potential energy of gravity, zero at the origin, and of the springs [J].
     pub fn potential_energy(&self) -> f64 {
         let tree = self.tree;
+        let elastic = |stiffness: f64, deflection: f64| 0.5 * stiffness * deflection.powi(2);
         let bodies = tree.inertias.iter().chain(&tree.driven_inertias);
-        let gravity: f64 = bodies
-            .map(|body| -body.mass * tree.gravity.dot(&self.states[body.frame].point(body.center).position))
-            .sum();
-        let links: f64 = tree
-            .links
-            .iter()
-            .map(|link| 0.5 * link.stiffness * (self.link_motion(link)[0] - link.length).powi(2))
-            .sum();
-        let torsions: f64 = tree
-            .torsions
-            .iter()
-            .map(|torsion| 0.5 * torsion.stiffness * self.torsion_motion(torsion)[0].powi(2))
-            .sum();
-        let bushings: f64 = tree
-            .bushings
-            .iter()
-            .map(|bushing| 0.5 * bushing.stiffness * self.bushing_deflection(bushing).0.powi(2))
-            .sum();
-        gravity + links + torsions + bushings
+        let heights = bodies
+            .map(|body| -body.mass * tree.gravity.dot(&self.states[body.frame].point(body.center).position));
+        let links =
+            tree.links.iter().map(|link| elastic(link.stiffness, self.link_motion(link)[0] - link.length));
+        let torsions = tree.torsions.iter().map(|one| elastic(one.stiffness, self.torsion_motion(one)[0]));
+        let bushings = tree.bushings.iter().map(|one| elastic(one.stiffness, self.bushing_deflection(one).0));
+        heights.sum::<f64>() + links.sum::<f64>() + torsions.sum::<f64>() + bushings.sum::<f64>()
     }
 
     /// Elastic energy of a contact [J], after [`Dynamics::find_contacts`].
@@ -195,34 +184,27 @@ impl Dynamics<'_> {
     /// [`Dynamics::find_reactions`].
     pub fn input_power(&self) -> f64 {
         let tree = self.tree;
-        let drives: f64 = (0..tree.driven.len()).map(|index| self.drive_power(index)).sum();
-        let forces: f64 = tree
-            .applied_forces
-            .iter()
-            .map(|applied| self.applied_force(applied).dot(&self.point(applied.point).velocity))
-            .sum();
-        let torques: f64 = tree
-            .applied_torques
-            .iter()
-            .map(|applied| {
-                let [back, on] = applied.frames.map(|frame| self.states[frame].angular_velocity);
-                self.load(&applied.torque) * (on - back)
-            })
-            .sum();
-        let pulls: f64 = tree
-            .pulls
-            .iter()
-            .map(|pull| -self.load(&pull.tension) * self.link_motion(&tree.links[pull.link])[1])
-            .sum();
-        drives + forces + torques + pulls + self.formula_power()
+        let drives = (0..tree.driven.len()).map(|index| self.drive_power(index));
+        let forces = tree.applied_forces.iter();
+        let forces = forces.map(|one| self.applied_force(one).dot(&self.point(one.point).velocity));
+        let torques = tree.applied_torques.iter().map(|applied| {
+            let [back, on] = applied.frames.map(|frame| self.states[frame].angular_velocity);
+            self.load(&applied.torque) * (on - back)
+        });
+        let pulls = tree.pulls.iter();
+        let pulls = pulls.map(|one| -self.load(&one.tension) * self.link_motion(&tree.links[one.link])[1]);
+        drives.sum::<f64>()
+            + forces.sum::<f64>()
+            + torques.sum::<f64>()
+            + pulls.sum::<f64>()
+            + self.formula_power()
     }
 
     /// Power of what bushings exert by formulas of their stiffness [W].
     fn formula_power(&self) -> f64 {
         let stiffness = |index: Option<usize>| self.coefficients([0.0; 2], [index, None])[0];
         let bushings = self.tree.bushings.iter().map(|bushing| {
-            let [a, b] = bushing.points.map(|point| self.point(point));
-            let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
+            let [e, rate] = self.between(bushing.points);
             -stiffness(bushing.formulas[0]) * e.dot(&rate)
         });
         let torsions = self.tree.torsions.iter().map(|torsion| {
@@ -259,14 +241,15 @@ impl Dynamics<'_> {
             .iter()
             .map(|torsion| self.torsion_torque(torsion) * self.torsion_motion(torsion)[1]);
         let bushings = tree.bushings.iter().map(|bushing| {
-            let [a, b] = bushing.points.map(|point| self.point(point).velocity);
             let (force, moment) = self.bushing_force(bushing);
-            force.dot(&(b - a)) - moment * self.states[bushing.points[0].frame].angular_velocity
+            force.dot(&self.between(bushing.points)[1])
+                - moment * self.states[bushing.points[0].frame].angular_velocity
         });
         let films = tree.films.iter().map(|film| -self.film_loss(film));
-        let closures = tree.closures.iter().enumerate().map(|(index, closure)| {
-            self.closure_force(index).dot(&(self.point(closure.b).velocity - self.point(closure.a).velocity))
-        });
+        let closures =
+            tree.closures.iter().enumerate().map(|(index, closure)| {
+                self.closure_force(index).dot(&self.between([closure.a, closure.b])[1])
+            });
         inertial.sum::<f64>()
             - contacts.sum::<f64>()
             - links.chain(torsions).sum::<f64>()
@@ -287,21 +270,15 @@ impl Dynamics<'_> {
 
     /// Power dissipated in dampers and oil films [W].
     pub fn damping_loss(&self) -> f64 {
-        let links: f64 =
-            self.tree.links.iter().map(|link| link.damping * self.link_motion(link)[1].powi(2)).sum();
-        let torsions: f64 = self
-            .tree
-            .torsions
-            .iter()
-            .map(|torsion| {
-                let [_, damping] = self.coefficients([0.0, torsion.damping], torsion.formulas);
-                damping * self.torsion_motion(torsion)[1].powi(2)
-            })
-            .sum();
-        let bushings = self.tree.bushings.iter();
-        let bushings = bushings
-            .map(|bushing| self.bushing_coefficients(bushing)[1] * self.bushing_deflection(bushing).1);
-        let films = self.tree.films.iter().map(|film| self.film_loss(film));
-        links + torsions + bushings.chain(films).sum::<f64>()
+        let tree = self.tree;
+        let links = tree.links.iter().map(|link| link.damping * self.link_motion(link)[1].powi(2));
+        let torsions = tree.torsions.iter().map(|torsion| {
+            let [_, damping] = self.coefficients([0.0, torsion.damping], torsion.formulas);
+            damping * self.torsion_motion(torsion)[1].powi(2)
+        });
+        let bushings = tree.bushings.iter();
+        let bushings = bushings.map(|one| self.bushing_coefficients(one)[1] * self.bushing_deflection(one).1);
+        let films = tree.films.iter().map(|film| self.film_loss(film));
+        links.sum::<f64>() + torsions.sum::<f64>() + bushings.chain(films).sum::<f64>()
     }
 }

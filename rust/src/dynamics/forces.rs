@@ -2,6 +2,7 @@
 
 use super::Dynamics;
 use crate::numerics::dual::{Dual, Scalar};
+use crate::tree::elements::FramePoint;
 use crate::tree::forces::{AppliedForce, Bushing, Link, Pull, Torsion};
 use crate::tree::kinematics::{Vec2, perp, rotated};
 use crate::tree::loads::Load;
@@ -38,6 +39,12 @@ fn force_of_bushing<S: Scalar>([stiffness, damping]: [f64; 2], e: [S; 2], rate: 
     [force[0], force[1], e[0] * force[1] - e[1] * force[0]]
 }
 
+/// A vector between two points and its rate as the first four inputs.
+#[inline]
+pub(super) fn inputs<const N: usize>([e, rate]: [Vec2; 2]) -> [[Dual<N>; 2]; 2] {
+    [[Dual::input(e.x, 0), Dual::input(e.y, 1)], [Dual::input(rate.x, 2), Dual::input(rate.y, 3)]]
+}
+
 /// Unit vector along a spring or damper; NaN where only rounding errors keep its points apart.
 fn direction_of(link: &Link, e: Vec2) -> Vec2 {
     let length = e.norm();
@@ -49,22 +56,18 @@ impl Dynamics<'_> {
     #[inline]
     pub(super) fn add_forces(&self, forces: &mut [f64]) {
         let tree = self.tree;
+        let positions = |points: [FramePoint; 2]| points.map(|point| self.point(point).position);
         for link in &tree.links {
-            let [a, b] = link.points.map(|point| self.point(point));
-            let force = force_of(link, (b.position - a.position).into(), (b.velocity - a.velocity).into());
-            self.add_pair(link.points, [a.position, b.position], force.into(), [0.0; 2], forces);
+            self.add_pair(link.points, positions(link.points), self.link_force(link), [0.0; 2], forces);
         }
         for bushing in &tree.bushings {
-            let [a, b] = bushing.points.map(|point| self.point(point));
             let (force, moment) = self.bushing_force(bushing);
-            self.add_pair(bushing.points, [a.position, b.position], force, [moment, 0.0], forces);
+            self.add_pair(bushing.points, positions(bushing.points), force, [moment, 0.0], forces);
         }
         self.add_films(forces);
         for pull in &tree.pulls {
-            let link = &tree.links[pull.link];
-            let [a, b] = link.points.map(|point| self.point(point));
-            let force = self.pull_force(pull);
-            self.add_pair(link.points, [a.position, b.position], force, [0.0; 2], forces);
+            let points = tree.links[pull.link].points;
+            self.add_pair(points, positions(points), self.pull_force(pull), [0.0; 2], forces);
         }
         for torsion in &tree.torsions {
             self.add_couple(torsion.frames, self.torsion_torque(torsion), forces);
@@ -120,8 +123,7 @@ impl Dynamics<'_> {
 
     /// Length of a spring [m] and its rate [m/s].
     pub fn link_motion(&self, link: &Link) -> [f64; 2] {
-        let [a, b] = link.points.map(|point| self.point(point));
-        let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
+        let [e, rate] = self.between(link.points);
         let length = e.norm();
         [length, if length > link.indistinct { rate.dot(&e) / length } else { 0.0 }]
     }
@@ -129,9 +131,8 @@ impl Dynamics<'_> {
     /// Vector from the first to the second point of a bushing [m], its rate [m/s], and the angular velocity of the first
     /// body [rad/s] as the first component.
     fn bushing_motion(&self, bushing: &Bushing) -> [Vec2; 3] {
-        let [a, b] = bushing.points.map(|point| self.point(point));
-        let turning = self.states[bushing.points[0].frame].angular_velocity;
-        [b.position - a.position, b.velocity - a.velocity, Vec2::new(turning, 0.0)]
+        let [e, rate] = self.between(bushing.points);
+        [e, rate, Vec2::new(self.states[bushing.points[0].frame].angular_velocity, 0.0)]
     }
 
     /// Force of a bushing on its second point [N], and its moment about the first point [N m].
@@ -159,14 +160,13 @@ impl Dynamics<'_> {
     /// Force of a further tension on the second point of its spring or damper [N].
     pub fn pull_force(&self, pull: &Pull) -> Vec2 {
         let link = &self.tree.links[pull.link];
-        let [a, b] = link.points.map(|point| self.point(point).position);
-        -self.load(&pull.tension) * direction_of(link, b - a)
+        -self.load(&pull.tension) * direction_of(link, self.between(link.points)[0])
     }
 
     /// Force of a spring or damper on its second point [N], without its further tension.
     pub fn link_force(&self, link: &Link) -> Vec2 {
-        let [a, b] = link.points.map(|point| self.point(point));
-        force_of(link, (b.position - a.position).into(), (b.velocity - a.velocity).into()).into()
+        let [e, rate] = self.between(link.points);
+        force_of(link, e.into(), rate.into()).into()
     }
 
     /// An applied force in the world frame [N].
@@ -189,24 +189,13 @@ impl Dynamics<'_> {
         let tree = self.tree;
         let columns = self.coordinates.len();
         for link in &tree.links {
-            let [a, b] = link.points.map(|point| self.point(point));
-            let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
-            let force = force_of::<Dual<5>>(
-                link,
-                [Dual::input(e.x, 0), Dual::input(e.y, 1)],
-                [Dual::input(rate.x, 2), Dual::input(rate.y, 3)],
-            );
-            self.add_pair_derivatives(link.points, [], force, []);
+            let [e, rate] = inputs(self.between(link.points));
+            self.add_pair_derivatives(link.points, [], force_of::<Dual<5>>(link, e, rate), []);
         }
         for bushing in &tree.bushings {
-            let [e, rate, turning] = self.bushing_motion(bushing);
-            let force = force_of_bushing::<Dual<5>>(
-                self.bushing_coefficients(bushing),
-                [Dual::input(e.x, 0), Dual::input(e.y, 1)],
-                [Dual::input(rate.x, 2), Dual::input(rate.y, 3)],
-                Dual::input(-turning.x, 4),
-            );
-            let [x, y, moment] = force;
+            let [e, rate] = inputs(self.between(bushing.points));
+            let spin = Dual::<5>::input(-self.states[bushing.points[0].frame].angular_velocity, 4);
+            let [x, y, moment] = force_of_bushing(self.bushing_coefficients(bushing), e, rate, spin);
             self.add_pair_derivatives(bushing.points, [[1.0, 0.0]], [x, y], [moment]);
         }
         self.add_film_derivatives();
@@ -278,7 +267,7 @@ impl Dynamics<'_> {
         let [a, b] = link.points.map(|point| self.point(point));
         let e = b.position - a.position;
         let tension = self.load(&pull.tension);
-        let (x, y): (Dual<5>, Dual<5>) = (Dual::input(e.x, 0), Dual::input(e.y, 1));
+        let [[x, y], _] = inputs::<5>([e, Vec2::zeros()]);
         let inverse = Dual::constant(-tension) / (x * x + y * y).sqrt();
         self.add_pair_derivatives(link.points, [], [x * inverse, y * inverse], []);
         // The change of the tension itself with time.

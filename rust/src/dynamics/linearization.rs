@@ -2,6 +2,7 @@
 
 use crate::contact::pair::{Phase, RelativeMotion, Surfaces};
 use crate::dynamics::Dynamics;
+use crate::dynamics::forces::inputs;
 use crate::numerics::dual::{Dual, Scalar};
 use crate::numerics::linear::symmetric_solve;
 use crate::tree::elements::{ContactSlot, FramePoint};
@@ -180,8 +181,7 @@ impl Dynamics<'_> {
         phase: Phase,
     ) -> ([Dual<8>; 2], [Dual<8>; 2]) {
         let at = self.rolled(slot, phase, self.contact_motion(slot));
-        let inputs = |[x, y]: [f64; 2], first: usize| [Dual::input(x, first), Dual::input(y, first + 1)];
-        let [x, y] = inputs(at.eccentricity, 0);
+        let [[x, y], rate] = inputs([at.eccentricity.into(), at.rate.into()]);
         let arm = match phase {
             Phase::Contact { traction: Some(traction), .. } if traction.sticks() => {
                 Dual::constant(traction.arm)
@@ -193,7 +193,7 @@ impl Dynamics<'_> {
         let turned = [-Dual::input(0.0, 6), Dual::input(0.0, 7)];
         let motion = RelativeMotion {
             eccentricity: [x, y],
-            rate: inputs(at.rate, 2),
+            rate,
             spin: slot.law.rolling(arm, turning),
             roll: slot.law.rolling(arm, turned) + at.roll,
         };
@@ -212,11 +212,8 @@ impl Dynamics<'_> {
         phase: Phase,
     ) -> ([Dual<N>; 2], [Dual<N>; 2]) {
         let [_, radius] = slot.law.radii();
-        let [a, b] = self.slot_ends(slot);
-        let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
+        let [e, rate] = inputs(self.between(slot.points));
         let [first, second] = slot.points.map(|point| &self.states[point.frame]);
-        let e = [Dual::input(e.x, 0), Dual::input(e.y, 1)];
-        let rate = [Dual::input(rate.x, 2), Dual::input(rate.y, 3)];
         let back = Dual::input(-first.angular_velocity, 4);
         let spin = (Dual::input(second.angular_velocity, 5) + back) * radius;
         let turned = |value, rate| {

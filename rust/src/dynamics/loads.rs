@@ -206,7 +206,7 @@ impl Dynamics<'_> {
             }
             Variable::Coordinate(column) => self.coordinate(column).position,
             Variable::Rate(column) => self.coordinates[column].velocity,
-            Variable::Length([a, b]) => (self.point(b).position - self.point(a).position).norm(),
+            Variable::Length(points) => self.between(points)[0].norm(),
             Variable::Lengthening(link) => self.link_motion(&self.tree.links[link])[1],
             Variable::Contact(slot, quantity) => {
                 let state = self.contact_of(&self.tree.slots[slot], self.phases[slot]).state;
@@ -235,9 +235,8 @@ impl Dynamics<'_> {
             Variable::Coordinate(column) => self.coordinates[column].velocity,
             Variable::Rate(column) => self.coordinates[column].acceleration,
             Variable::Length(points) => {
-                let [a, b] = points.map(|point| self.point(point));
-                let e = b.position - a.position;
-                (b.velocity - a.velocity).dot(&e) / e.norm()
+                let [e, rate] = self.between(points);
+                rate.dot(&e) / e.norm()
             }
             Variable::Lengthening(link) => {
                 let [a, b] = self.tree.links[link].points.map(|point| self.point(point));

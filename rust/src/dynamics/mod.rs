@@ -207,6 +207,13 @@ impl<'m> Dynamics<'m> {
         self.states[point.frame].point(point.offset)
     }
 
+    /// Vector from one point to another [m] and its rate [m/s], after [`Dynamics::move_to`].
+    #[inline]
+    fn between(&self, points: [FramePoint; 2]) -> [Vec2; 2] {
+        let [a, b] = points.map(|point| self.point(point));
+        [b.position - a.position, b.velocity - a.velocity]
+    }
+
     /// Accelerations of the degrees of freedom. Returns false where the mass matrix is singular, the loop
     /// closures are dependent, friction in ideal joints has two solutions or none, or a result is not finite.
     #[inline]

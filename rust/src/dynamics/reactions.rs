@@ -6,7 +6,7 @@
 
 use super::Dynamics;
 use crate::contact::film::FilmForce;
-use crate::tree::elements::Realization;
+use crate::tree::elements::{FramePoint, Realization};
 use crate::tree::kinematics::Vec2;
 
 /// A force and a moment.
@@ -85,10 +85,7 @@ impl Dynamics<'_> {
             }
         }
         for link in &tree.links {
-            let force = self.link_force(link);
-            for ((point, body), sign) in link.points.into_iter().zip(link.bodies).zip([-1.0, 1.0]) {
-                supply(body, Wrench::at(self.point(point).position, sign * force, 0.0));
-            }
+            self.supply_pair(link.points, link.bodies, self.link_force(link), supply);
         }
         for bushing in &tree.bushings {
             let (force, moment) = self.bushing_force(bushing);
@@ -105,10 +102,8 @@ impl Dynamics<'_> {
             supply(journal, Wrench::at(b, force, on_journal));
         }
         for pull in &tree.pulls {
-            let (link, force) = (&tree.links[pull.link], self.pull_force(pull));
-            for ((point, body), sign) in link.points.into_iter().zip(link.bodies).zip([-1.0, 1.0]) {
-                supply(body, Wrench::at(self.point(point).position, sign * force, 0.0));
-            }
+            let link = &tree.links[pull.link];
+            self.supply_pair(link.points, link.bodies, self.pull_force(pull), supply);
         }
         let torsions = tree.torsions.iter().map(|torsion| (torsion.bodies, self.torsion_torque(torsion)));
         let torques = tree.applied_torques.iter().map(|applied| (applied.bodies, self.load(&applied.torque)));
@@ -123,14 +118,23 @@ impl Dynamics<'_> {
         }
         for (index, closure) in tree.closures.iter().enumerate() {
             let force = self.closure_reaction(index);
-            for ((point, body), sign) in
-                [closure.a, closure.b].into_iter().zip(closure.bodies).zip([-1.0, 1.0])
-            {
-                supply(body, Wrench::at(self.point(point).position, sign * force, 0.0));
-            }
+            self.supply_pair([closure.a, closure.b], closure.bodies, force, supply);
         }
         self.each_coupling_load(supply);
         self.each_friction_load(supply);
+    }
+
+    /// Calls `supply` with a force on the second of two points and its reaction on the first.
+    fn supply_pair(
+        &self,
+        points: [FramePoint; 2],
+        bodies: [Option<usize>; 2],
+        force: Vec2,
+        supply: &mut impl FnMut(Option<usize>, Wrench),
+    ) {
+        for ((point, body), sign) in points.into_iter().zip(bodies).zip([-1.0, 1.0]) {
+            supply(body, Wrench::at(self.point(point).position, sign * force, 0.0));
+        }
     }
 
     /// Force of a loop closure on its second point [N].

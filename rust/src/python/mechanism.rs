@@ -18,7 +18,7 @@ use crate::run::outputs::{column_names, further_column_names, sector_column_name
 use crate::run::restart::Restart;
 use crate::run::settings::read_settings;
 use crate::run::tolerances::default_impact_velocity_floors;
-use crate::run::trajectory::{Contact, Event, check_restart, columns, event_joint, record};
+use crate::run::trajectory::{Begin, Contact, Event, check_restart, columns, event_joint, record};
 use crate::scene::reader::read_scene;
 use crate::tree::elements::{BodyPlacement, ContactSlot, State};
 
@@ -133,6 +133,7 @@ impl CompiledMechanism {
         let mechanism = &self.mechanism;
         let start = start.map(Restart::from_json).transpose().map_err(|error| input_error(py, error))?;
         let begin = start.as_ref().map_or(0.0, |start| start.time);
+        let from = start.as_ref().map_or(Begin::State(&mechanism.start), Begin::Restart);
         let span = settings.skip + settings.duration;
         let cancel = AtomicBool::new(false);
         let reached = AtomicU64::new(0);
@@ -147,7 +148,7 @@ impl CompiledMechanism {
         let run = wait_for(
             py,
             &cancel,
-            || record(mechanism, start.as_ref(), &settings, &monitor, samples),
+            || record(mechanism, from, &settings, &monitor, samples),
             |py| match &progress {
                 Some(callback) => {
                     let fraction = (f64::from_bits(reached.load(Ordering::Relaxed)) - begin) / span;

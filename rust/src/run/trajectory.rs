@@ -135,46 +135,47 @@ pub fn simulate(
     simulate_from(mechanism, &mechanism.start, settings, monitor)
 }
 
-/// Simulates a mechanism from a given state.
-///
-/// # Errors
-/// What is wrong with the settings.
-pub fn simulate_from(
-    mechanism: &Mechanism,
-    start: &State,
-    settings: &Settings,
-    monitor: &dyn Fn(f64) -> bool,
-) -> Result<Trajectory, InputError> {
-    collected(mechanism, Begin::State(start), settings, monitor)
+/// Where a run begins: in a state at time zero, or where another one ended, from which on the samples are then taken.
+#[derive(Clone, Copy, Debug)]
+pub enum Begin<'a> {
+    /// In a state.
+    State(&'a State),
+    /// Where another run ended.
+    Restart(&'a Restart),
 }
 
-/// Continues a run where another ended; the samples start there.
+impl<'a> From<&'a State> for Begin<'a> {
+    fn from(state: &'a State) -> Self {
+        Begin::State(state)
+    }
+}
+
+impl<'a> From<&'a Restart> for Begin<'a> {
+    fn from(restart: &'a Restart) -> Self {
+        Begin::Restart(restart)
+    }
+}
+
+/// Simulates a mechanism from a given state or where another run ended.
 ///
 /// # Errors
 /// What is wrong with the settings, or a restart that belongs to another mechanism.
-pub fn resume(
+pub fn simulate_from<'a>(
     mechanism: &Mechanism,
-    restart: &Restart,
+    begin: impl Into<Begin<'a>>,
     settings: &Settings,
     monitor: &dyn Fn(f64) -> bool,
 ) -> Result<Trajectory, InputError> {
-    collected(mechanism, Begin::Restart(restart), settings, monitor)
-}
-
-/// Simulates a mechanism, from where another run ended if that is given, into `values` of the caller: a row
-/// for every sample, a column for every output.
-///
-/// # Errors
-/// What is wrong with the settings, or a restart that belongs to another mechanism.
-pub fn record(
-    mechanism: &Mechanism,
-    restart: Option<&Restart>,
-    settings: &Settings,
-    monitor: &dyn Fn(f64) -> bool,
-    values: &mut [f64],
-) -> Result<Trajectory, InputError> {
-    let begin = restart.map_or(Begin::State(&mechanism.start), Begin::Restart);
-    run(mechanism, begin, settings, monitor, values)
+    settings.check()?;
+    let begin = begin.into();
+    let count = settings.samples.saturating_mul(columns(mechanism, settings).len());
+    let mut values = filled(count, f64::NAN).map_err(|_| {
+        Subject::Settings.error("settings.samples", format!("{count} numbers do not fit into the memory"))
+    })?;
+    let run = record(mechanism, begin, settings, monitor, &mut values)?;
+    let from = if let Begin::Restart(restart) = begin { restart.time } else { 0.0 };
+    let t = settings.sample_times(from).collect();
+    Ok(Trajectory { t, values, ..run })
 }
 
 /// Checks the settings of a run without simulating.
@@ -192,31 +193,6 @@ pub fn check(mechanism: &Mechanism, settings: &Settings) -> Result<(), InputErro
 /// Names of the columns that a run with these settings has.
 pub fn columns(mechanism: &Mechanism, settings: &Settings) -> Vec<String> {
     settings.outputs.clone().unwrap_or_else(|| column_names(mechanism))
-}
-
-/// Where a run begins: in a state at time zero, or where another one ended.
-#[derive(Clone, Copy)]
-enum Begin<'a> {
-    State(&'a State),
-    Restart(&'a Restart),
-}
-
-/// Runs with newly allocated memory for the samples.
-fn collected(
-    mechanism: &Mechanism,
-    begin: Begin,
-    settings: &Settings,
-    monitor: &dyn Fn(f64) -> bool,
-) -> Result<Trajectory, InputError> {
-    settings.check()?;
-    let count = settings.samples.saturating_mul(columns(mechanism, settings).len());
-    let mut values = filled(count, f64::NAN).map_err(|_| {
-        Subject::Settings.error("settings.samples", format!("{count} numbers do not fit into the memory"))
-    })?;
-    let run = run(mechanism, begin, settings, monitor, &mut values)?;
-    let from = if let Begin::Restart(restart) = begin { restart.time } else { 0.0 };
-    let t = settings.sample_times(from).collect();
-    Ok(Trajectory { t, values, ..run })
 }
 
 /// Whether a run may continue where another ended.
@@ -284,13 +260,18 @@ impl Request {
     }
 }
 
-fn run(
+/// The same into `values` of the caller: a row for every sample, a column for every output.
+///
+/// # Errors
+/// As [`simulate_from`].
+pub fn record<'a>(
     mechanism: &Mechanism,
-    begin: Begin,
+    begin: impl Into<Begin<'a>>,
     settings: &Settings,
     monitor: &dyn Fn(f64) -> bool,
     values: &mut [f64],
 ) -> Result<Trajectory, InputError> {
+    let begin = begin.into();
     let (start, from) = match begin {
         Begin::State(start) => (start.clone(), 0.0),
         Begin::Restart(restart) => {

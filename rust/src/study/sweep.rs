@@ -104,14 +104,10 @@ impl<'s> Sweep<'s> {
             return Err(Subject::Settings.error("settings.samples", "do not fit the memory that is given"));
         }
         let simulate = |(mechanism, values): (&Mechanism, &mut [f64])| {
-            let run = monitor().then(|| match limit {
-                None => record(mechanism, None, self.settings, &|_| monitor(), values),
-                Some(limit) => {
-                    let begin = Instant::now();
-                    let go_on = |_| monitor() && begin.elapsed() < limit;
-                    record(mechanism, None, self.settings, &go_on, values)
-                }
-            })?;
+            let begin = Instant::now();
+            let go_on = |_| monitor() && limit.is_none_or(|limit| begin.elapsed() < limit);
+            let run =
+                monitor().then(|| record(mechanism, &mechanism.start, self.settings, &go_on, values))?;
             // Cancelled by the monitor, not by the time limit.
             if run.as_ref().is_ok_and(|run| run.status == Status::Cancelled) && !monitor() {
                 return None;

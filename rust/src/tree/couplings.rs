@@ -10,7 +10,6 @@ use crate::tree::elements::{
 };
 use crate::tree::kinematics::Vec2;
 use crate::tree::loads::{MotionLoad, Variable};
-use crate::tree::slots::add_formulas;
 
 impl Tree {
     /// Adds the couplings of a checked scene. Their laws become functions of the motion, whose tables may end.
@@ -68,7 +67,7 @@ impl Tree {
         let first = self.slots.len();
         for (place, side) in [("ahead", 1.0), ("behind", -1.0)] {
             let clearance = 0.5 * backlash.play;
-            self.slots.push(ContactSlot {
+            self.add_slot(ContactSlot {
                 name: format!("{}.{place}", coupling.name),
                 points: mesh.bodies.map(|body| {
                     body.map_or(FramePoint { frame: 0, offset: Vec2::zeros() }, |body| {
@@ -95,7 +94,6 @@ impl Tree {
                 backlash: Some(self.backlashes.len()),
                 is_aside: backlash.contact.formula().is_some(),
             });
-            add_formulas(self, self.slots.len() - 1);
         }
         self.backlashes.push(Backlash { coupling, mesh, slots: first..first + 2, columns, free });
     }

@@ -106,9 +106,7 @@ impl Builder<'_> {
         let mut index_of = vec![usize::MAX; self.scene.joints.len()];
         for (index, joint) in self.scene.joints.iter().enumerate() {
             let Joint::Ideal { name, kind, .. } = joint else { continue };
-            let ends = self.ends(joint);
-            let points = ends.map(|end| self.place(end));
-            let bodies = ends.map(|end| end.body);
+            let (points, bodies) = self.placed(self.ends(joint));
             let realization = self.realizations[index].unwrap_or(Realization::Cut(closures.len()));
             if let Realization::Cut(_) = realization {
                 let [a, b] = points;
@@ -142,8 +140,7 @@ impl Builder<'_> {
         };
         let [radial, radial_damping, torsional, twist_damping] =
             formulas.each_ref().map(|of| of.as_ref().map(|of| self.motion_load(tree, name, of)));
-        let ends = [a, b].map(|reference| self.end(reference));
-        let (points, bodies) = (ends.map(|end| self.place(end)), ends.map(|end| end.body));
+        let (points, bodies) = self.placed([a, b].map(|reference| self.end(reference)));
         tree.bushings.push(Bushing {
             name: name.clone(),
             points,
@@ -154,8 +151,7 @@ impl Builder<'_> {
         });
         let twists = [torsional, twist_damping];
         if *torsional_stiffness != 0.0 || *torsional_damping != 0.0 || twists != [None; 2] {
-            let placed = bodies.map(|body| body.and_then(|body| self.placements[body]));
-            let [first, second] = placed.map(|placement| placement.unwrap_or(Placement::GROUND));
+            let [first, second] = bodies.map(|body| self.placement(body));
             tree.torsions.push(Torsion {
                 name: name.clone(),
                 frames: [first.frame, second.frame],
@@ -171,7 +167,7 @@ impl Builder<'_> {
     /// Adds a spring or damper.
     fn add_link(&self, tree: &mut Tree, force: &Force) {
         let Force::Spring { name, a, b, stiffness, length, damping, tension } = force else { return };
-        let ends = [a, b].map(|reference| self.end(reference));
+        let (points, bodies) = self.placed([a, b].map(|reference| self.end(reference)));
         let directed = *length != 0.0 || *damping != 0.0 || !tension.is_none();
         if !tension.is_none() {
             let tension = self.load(tree, name, tension);
@@ -179,8 +175,8 @@ impl Builder<'_> {
         }
         tree.links.push(Link {
             name: name.clone(),
-            points: ends.map(|end| self.place(end)),
-            bodies: ends.map(|end| end.body),
+            points,
+            bodies,
             stiffness: *stiffness,
             length: *length,
             damping: *damping,
@@ -195,19 +191,17 @@ impl Builder<'_> {
             else {
                 continue;
             };
-            let ends = self.ends(joint);
+            let (points, bodies) = self.placed(self.ends(joint));
             tree.films.push(Film {
                 name: name.clone(),
-                points: ends.map(|end| self.place(end)),
-                bodies: ends.map(|end| end.body),
+                points,
+                bodies,
                 law: FilmLaw::new(lubricant, *journal_radius, *clearance),
             });
         }
     }
 
     fn add_forces(&self, tree: &mut Tree) {
-        let placement =
-            |body: Option<usize>| body.and_then(|body| self.placements[body]).unwrap_or(Placement::GROUND);
         let body_of = |name: &str| self.scene.body_index(name).unwrap_or_default();
         for force in &self.scene.forces {
             match force {
@@ -216,7 +210,7 @@ impl Builder<'_> {
                 Force::Bushing { .. } => self.add_bushing(tree, force),
                 Force::TorsionSpring { name, a, b, stiffness, angle, damping } => {
                     let bodies = [a, b].map(|name| body_of(name));
-                    let [first, second] = bodies.map(placement);
+                    let [first, second] = bodies.map(|body| self.placement(body));
                     tree.torsions.push(Torsion {
                         name: name.clone(),
                         frames: [first.frame, second.frame],
@@ -229,7 +223,7 @@ impl Builder<'_> {
                 }
                 Force::Applied { name, point, x, y, frame } => {
                     let end = self.end(point);
-                    let angle = placement(end.body).angle;
+                    let angle = self.placement(end.body).angle;
                     let components = [x, y].map(|component| self.load(tree, name, component));
                     tree.applied_forces.push(AppliedForce {
                         name: name.clone(),
@@ -244,7 +238,7 @@ impl Builder<'_> {
                     let torque = self.load(tree, name, torque);
                     tree.applied_torques.push(AppliedTorque {
                         name: name.clone(),
-                        frames: bodies.map(|body| placement(body).frame),
+                        frames: bodies.map(|body| self.placement(body).frame),
                         bodies,
                         torque,
                     });
@@ -282,8 +276,6 @@ impl Builder<'_> {
 
     /// A quantity of the scene as one of the frames.
     fn variable(&self, quantity: Quantity) -> Variable {
-        let placement =
-            |body: Option<usize>| body.and_then(|body| self.placements[body]).unwrap_or(Placement::GROUND);
         let on_frame = |body: usize, position| self.place(Attachment { body: Some(body), position });
         let column_of = |joint: usize| match self.realizations[joint] {
             Some(Realization::Tree { column: Some(column), .. }) => column,
@@ -299,11 +291,11 @@ impl Builder<'_> {
             Quantity::Position { body, point, axis } => Variable::Position(on_frame(body, point), axis),
             Quantity::Velocity { body, point, axis } => Variable::Velocity(on_frame(body, point), axis),
             Quantity::Angle(bodies) => {
-                let [a, b] = bodies.map(placement);
+                let [a, b] = bodies.map(|body| self.placement(body));
                 Variable::Angle([a.frame, b.frame], b.angle - a.angle)
             }
             Quantity::AngularVelocity(bodies) => {
-                Variable::AngularVelocity(bodies.map(|body| placement(body).frame))
+                Variable::AngularVelocity(bodies.map(|body| self.placement(body).frame))
             }
             Quantity::Displacement(joint) => Variable::Coordinate(column_of(joint)),
             Quantity::SlidingVelocity(joint) => Variable::Rate(column_of(joint)),

@@ -2,15 +2,16 @@
 //! one of a stop.
 
 use crate::contact::face::Face;
-use crate::contact::formula::{OF_FRICTION, OF_NORMAL_FORCE};
+use crate::contact::formula::{Formula, OF_FRICTION, OF_NORMAL_FORCE};
 use crate::contact::friction::FrictionLaw;
 use crate::contact::pair::{ContactLaw, SlidingVelocity, Surfaces};
 use crate::contact::worn::WornBearing;
+use crate::expression::dimension::Dimension;
 use crate::scene::parts::{GuideShape, Joint, length_scale};
 use crate::tree::elements::{ContactSlot, FramePoint, Guide, Neighbor, Tree};
-use crate::tree::kinematics::{Vec2, direction, perp, rotated};
+use crate::tree::kinematics::{Vec2, direction, perp};
 use crate::tree::loads::{ContactQuantity, LawOf, MotionLoad, Variable};
-use crate::tree::span::{Builder, Placement};
+use crate::tree::span::{Builder, rotated_by};
 
 /// The corners of a block, seen along the axis of its guide: name, that of the end of the guide there, side along the
 /// axis, side to its left.
@@ -23,35 +24,33 @@ const CORNERS: [(&str, &str, f64, f64); 4] = [
 /// The sides of a slot for a pin.
 const SIDES: [(&str, f64); 2] = [("left", 1.0), ("right", -1.0)];
 
-/// `vector` turned by an angle [rad].
-fn turned(vector: Vec2, angle: f64) -> Vec2 {
-    let (sine, cosine) = angle.sin_cos();
-    rotated(vector, cosine, sine)
-}
-
-/// Adds the laws of a slot that are formulas to the functions of the motion, for their switches.
-pub(super) fn add_formulas(tree: &mut Tree, slot: usize) {
-    use ContactQuantity::{ImpactVelocity, NormalForce, Penetration, PenetrationRate, SlidingVelocity};
-    let law = &tree.slots[slot].law;
-    let of_normal_force = [Penetration, PenetrationRate, ImpactVelocity];
-    let laws = [
-        (law.normal.formula(), OF_NORMAL_FORCE.map(|(name, _)| name).to_vec(), of_normal_force.to_vec()),
-        (
-            law.friction.as_ref().and_then(FrictionLaw::formula),
-            OF_FRICTION.map(|(name, _)| name).to_vec(),
-            vec![SlidingVelocity, NormalForce],
-        ),
-    ];
-    let laws = laws.map(|(formula, names, quantities)| {
-        let variables = names.into_iter().zip(quantities);
-        let variables = variables.map(|(name, of)| (name.to_owned(), Variable::Contact(slot, of)));
-        formula.map(|formula| (formula.text.clone(), formula.tape.clone(), variables.collect()))
-    });
-    for (is_friction, law) in [false, true].into_iter().zip(laws) {
-        let Some((text, tape, variables)) = law else { continue };
-        let (name, first_switch) = (tree.slots[slot].name.clone(), tree.switch_count());
-        let law_of = Some(LawOf { slot, is_friction });
-        tree.motion_loads.push(MotionLoad { name, text, tape, variables, first_switch, law_of });
+impl Tree {
+    /// Adds a slot, and its laws that are formulas to the functions of the motion, for their switches.
+    pub(super) fn add_slot(&mut self, slot: ContactSlot) {
+        use ContactQuantity::{ImpactVelocity, NormalForce, Penetration, PenetrationRate, SlidingVelocity};
+        let index = self.slots.len();
+        let variables = |names: &[(&str, Dimension)], quantities: &[ContactQuantity]| {
+            let variables = names.iter().zip(quantities);
+            variables.map(|((name, _), &of)| (String::from(*name), Variable::Contact(index, of))).collect()
+        };
+        let of_force = variables(&OF_NORMAL_FORCE, &[Penetration, PenetrationRate, ImpactVelocity]);
+        let of_friction = variables(&OF_FRICTION, &[SlidingVelocity, NormalForce]);
+        let laws = [
+            (false, slot.law.normal.formula(), of_force),
+            (true, slot.law.friction.as_ref().and_then(FrictionLaw::formula), of_friction),
+        ];
+        for (is_friction, formula, variables) in laws {
+            let Some(Formula { text, tape, .. }) = formula else { continue };
+            self.motion_loads.push(MotionLoad {
+                name: slot.name.clone(),
+                text: text.clone(),
+                tape: tape.clone(),
+                variables,
+                first_switch: self.switch_count(),
+                law_of: Some(LawOf { slot: index, is_friction }),
+            });
+        }
+        self.slots.push(slot);
     }
 }
 
@@ -71,46 +70,37 @@ impl Builder<'_> {
                     profile,
                     impact_velocity_floor,
                     ..
-                } => tree.slots.push(ContactSlot {
-                    name: name.clone(),
-                    points: self.ends(joint).map(|end| self.place(end)),
-                    bodies: self.ends(joint).map(|end| end.body),
-                    law: ContactLaw {
-                        surfaces: if profile.is_empty() {
-                            Surfaces::Bearing {
-                                journal_radius: *journal_radius,
-                                bearing_radius: journal_radius + clearance,
-                            }
-                        } else {
-                            let [bearing, _] = self.ends(joint).map(|end| self.placement(end.body));
-                            let law = (*clearance, contact.stiffness);
-                            Surfaces::Worn(Box::new(WornBearing::new(
-                                *journal_radius, law, profile, bearing.angle,
-                            )))
-                        },
+                } => {
+                    let (points, bodies) = self.placed(self.ends(joint));
+                    let surfaces = if profile.is_empty() {
+                        let bearing_radius = journal_radius + clearance;
+                        Surfaces::Bearing { journal_radius: *journal_radius, bearing_radius }
+                    } else {
+                        let law = (*clearance, contact.stiffness);
+                        let angle = self.placement(bodies[0]).angle;
+                        Surfaces::Worn(Box::new(WornBearing::new(*journal_radius, law, profile, angle)))
+                    };
+                    let law = ContactLaw {
+                        surfaces,
                         clearance: *clearance,
                         normal: contact.clone(),
                         friction: friction.clone(),
                         sliding: *sliding,
-                    },
-                    impact_velocity_floor: *impact_velocity_floor,
-                    neighbor: None,
-                    backlash: None,
-                    is_aside: false,
-                }),
+                    };
+                    tree.add_slot(ContactSlot {
+                        name: name.clone(),
+                        points,
+                        bodies,
+                        is_aside: law.stick_slip().is_some() || law.has_formula(),
+                        law,
+                        impact_velocity_floor: *impact_velocity_floor,
+                        neighbor: None,
+                        backlash: None,
+                    });
+                }
                 Joint::Guide { .. } => self.add_guide(tree, joint),
             }
         }
-        for slot in 0..tree.slots.len() {
-            let law = &tree.slots[slot].law;
-            tree.slots[slot].is_aside = law.stick_slip().is_some() || law.has_formula();
-            add_formulas(tree, slot);
-        }
-    }
-
-    /// Where a body, or ground, is on its frame.
-    fn placement(&self, body: Option<usize>) -> Placement {
-        body.and_then(|body| self.placements[body]).unwrap_or(Placement::GROUND)
     }
 
     /// Adds a guide with its slots; a stop is a slot alone.
@@ -120,16 +110,15 @@ impl Builder<'_> {
         else {
             return;
         };
-        let ends = self.ends(joint);
-        let (points, bodies) = (ends.map(|end| self.place(end)), ends.map(|end| end.body));
+        let (points, bodies) = self.placed(self.ends(joint));
         let [first, second] = bodies.map(|body| self.placement(body));
-        let axis = turned(direction(Vec2::from(*axis)), first.angle);
+        let axis = rotated_by(direction(Vec2::from(*axis)), first.angle);
         let angle = match *shape {
             GuideShape::Block { angle, .. } => Some(angle),
             GuideShape::Pin { .. } | GuideShape::Stop { .. } => None,
         };
         // The axis in the frame of the second body, where it does not tilt.
-        let on_b = turned(axis, second.angle - first.angle - angle.unwrap_or(0.0));
+        let on_b = rotated_by(axis, second.angle - first.angle - angle.unwrap_or(0.0));
         let before = tree.slots.len();
         let half_length = face_length.map_or(f64::INFINITY, |length| 0.5 * length);
         let touches = touches(shape, [axis, on_b], half_length, length_scale(self.scene));
@@ -141,21 +130,22 @@ impl Builder<'_> {
             let other = (index + touches.len() / 2) % touches.len();
             let is_neighbor = angle.is_some() && face_length.is_some();
             let neighbor = Neighbor { slot: before + other, normal: touches[other].face.normal, side };
-            tree.slots.push(ContactSlot {
+            let law = ContactLaw {
+                surfaces: Surfaces::Face(face),
+                clearance,
+                normal: contact.clone(),
+                friction: friction.clone(),
+                sliding: SlidingVelocity::Surface,
+            };
+            tree.add_slot(ContactSlot {
                 name: if place.is_empty() { name.clone() } else { format!("{name}.{place}") },
                 points: [a, FramePoint { offset: b.offset + corner, ..b }],
                 bodies: if is_face_on_b { [body_b, body_a] } else { bodies },
-                law: ContactLaw {
-                    surfaces: Surfaces::Face(face),
-                    clearance,
-                    normal: contact.clone(),
-                    friction: friction.clone(),
-                    sliding: SlidingVelocity::Surface,
-                },
+                is_aside: law.stick_slip().is_some() || law.has_formula(),
+                law,
                 impact_velocity_floor: *impact_velocity_floor,
                 neighbor: is_neighbor.then_some(neighbor),
                 backlash: None,
-                is_aside: false,
             });
         }
         if let GuideShape::Stop { .. } = shape {

@@ -70,7 +70,8 @@ impl Placement {
     }
 }
 
-fn rotated_by(vector: Vec2, angle: f64) -> Vec2 {
+/// `vector` turned by an angle [rad].
+pub(super) fn rotated_by(vector: Vec2, angle: f64) -> Vec2 {
     let (sine, cosine) = angle.sin_cos();
     rotated(vector, cosine, sine)
 }
@@ -115,6 +116,16 @@ impl<'a> Builder<'a> {
     pub(super) fn end(&self, reference: &str) -> Attachment {
         const CHECKED: Attachment = Attachment { body: None, position: [f64::NAN; 2] };
         self.scene.attachment(reference).unwrap_or(CHECKED)
+    }
+
+    /// Where a body, or ground, is on its frame.
+    pub(super) fn placement(&self, body: Option<usize>) -> Placement {
+        body.and_then(|body| self.placements[body]).unwrap_or(Placement::GROUND)
+    }
+
+    /// Two points on their frames, and the bodies that carry them.
+    pub(super) fn placed(&self, ends: [Attachment; 2]) -> ([FramePoint; 2], [Option<usize>; 2]) {
+        (ends.map(|end| self.place(end)), ends.map(|end| end.body))
     }
 
     fn add_frame(&mut self, parent: usize, anchor: Vec2, kind: FrameKind, name: String) -> usize {
@@ -202,7 +213,7 @@ impl<'a> Builder<'a> {
         child: usize,
         reversed: bool,
     ) {
-        let parent = parent_end.body.and_then(|body| self.placements[body]).unwrap_or(Placement::GROUND);
+        let parent = self.placement(parent_end.body);
         let anchor = parent.to_frame(parent_end.position);
         let sign = if reversed { -1.0 } else { 1.0 };
         // The frame of its coordinate, and the frame that carries the child.
@@ -338,7 +349,7 @@ impl<'a> Builder<'a> {
     }
 
     pub(super) fn place(&self, end: Attachment) -> FramePoint {
-        let placement = end.body.and_then(|body| self.placements[body]).unwrap_or(Placement::GROUND);
+        let placement = self.placement(end.body);
         FramePoint { frame: placement.frame, offset: placement.to_frame(end.position) }
     }
 }

@@ -7,7 +7,7 @@ use chebclear::mechanism::compiled::Mechanism;
 use chebclear::run::contacts::Contact;
 use chebclear::run::restart::Restart;
 use chebclear::run::settings::Method;
-use chebclear::run::trajectory::{Settings, Trajectory, resume, simulate};
+use chebclear::run::trajectory::{Settings, Trajectory, simulate, simulate_from};
 use chebclear::scene::parts::{Body, Drive, Force, Joint, JointKind, Scene};
 use chebclear::scene::time_function::TimeFunction;
 
@@ -92,7 +92,7 @@ fn go_on(mechanism: &Mechanism, from: &Trajectory, settings: &Settings) -> Traje
     let text = from.restart.as_ref().expect("the run reached its end").to_json();
     let restart = Restart::from_json(&text).unwrap();
     assert_eq!(restart.to_json(), text, "through JSON");
-    let run = resume(mechanism, &restart, settings, &|_| true).unwrap();
+    let run = simulate_from(mechanism, &restart, settings, &|_| true).unwrap();
     assert_eq!(run.status.word(), "done", "{}", run.message());
     run
 }
@@ -199,16 +199,16 @@ fn an_end_fits_its_own_mechanism_only_and_a_failure_has_none() {
     let (first, other) = (compile(&slider_crank(false)), compile(&four_bar(Vec::new(), Vec::new())));
     let end = run(&first, &settings(Method::Rodas5P, 1e-3, 2)).restart.unwrap();
     let next = settings(Method::Rodas5P, 1e-3, 2);
-    let problem = resume(&other, &end, &next, &|_| true).map(|_| ()).unwrap_err().to_string();
+    let problem = simulate_from(&other, &end, &next, &|_| true).map(|_| ()).unwrap_err().to_string();
     assert!(problem.starts_with("start: belongs to another mechanism"), "{problem}");
     let mut ideal_wrist = slider_crank(false);
     ideal_wrist.joints[3] = ideal("wrist", "rod.C", "slider", JointKind::Revolute);
-    assert!(resume(&compile(&ideal_wrist), &end, &next, &|_| true).is_err());
+    assert!(simulate_from(&compile(&ideal_wrist), &end, &next, &|_| true).is_err());
     // Other numbers in the same mechanism are the user's business: a parameter may change in mid run.
     let mut softer = slider_crank(false);
     let Joint::Clearance { contact, .. } = &mut softer.joints[3] else { panic!("clearance") };
     contact.stiffness *= 0.5;
-    assert_eq!(resume(&compile(&softer), &end, &next, &|_| true).unwrap().status.word(), "done");
+    assert_eq!(simulate_from(&compile(&softer), &end, &next, &|_| true).unwrap().status.word(), "done");
 
     let mut few = settings(Method::Rodas5P, 0.01, 2);
     few.limits.max_steps = 100;
@@ -260,7 +260,8 @@ fn an_end_with_numbers_that_no_run_ends_with_is_refused_with_every_problem() {
         "start.memory.work.contacts[0].wear: must be >= 0 [N m], got -1",
     ];
     assert_eq!(told, expected);
-    let refused = resume(&mechanism, &bad, &settings(Method::Rodas5P, 1e-3, 2), &|_| true).unwrap_err();
+    let refused =
+        simulate_from(&mechanism, &bad, &settings(Method::Rodas5P, 1e-3, 2), &|_| true).unwrap_err();
     assert_eq!(refused.problems.len(), expected.len());
     bad.q[1] = f64::NAN;
     let refused = Restart::from_json(&bad.to_json()).unwrap_err();

@@ -2,7 +2,7 @@
 
 use chebclear::expression::curve::Curve;
 use chebclear::run::settings::Method;
-use chebclear::run::trajectory::{Settings, Trajectory, resume, simulate};
+use chebclear::run::trajectory::{Settings, Trajectory, simulate, simulate_from};
 use chebclear::scene::parts::{Drive, Force, ForceFrame, JointKind, Scene};
 use chebclear::scene::time_function::TimeFunction;
 
@@ -192,7 +192,7 @@ fn a_run_goes_on_at_a_point_of_a_table_or_a_rounding_beside_it() {
                 check(&first, &case, |t| integrals(&times, &pieces, t)[1] / MASS);
                 let start = first.restart.expect("the run reached its end");
                 let rest = settings(method, 1.0 - end, "part.x");
-                let second = resume(&mechanism, &start, &rest, &|_| true).unwrap();
+                let second = simulate_from(&mechanism, &start, &rest, &|_| true).unwrap();
                 check(&second, &case, |t| integrals(&times, &pieces, t)[1] / MASS);
             }
         }
