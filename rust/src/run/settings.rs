@@ -1,8 +1,6 @@
 //! Settings of a run: duration, samples, outputs, accuracy, limits.
 
-use std::fmt::Debug;
-
-use crate::error::{InputError, Problem, Subject};
+use crate::error::{InputError, Subject};
 use crate::integrators::adams::Adams;
 use crate::integrators::auto::Auto;
 use crate::integrators::dop853::Dop853;
@@ -10,7 +8,7 @@ use crate::integrators::rosenbrock::Rosenbrock;
 use crate::integrators::tableaus::{RODAS4, RODAS5P};
 use crate::integrators::{Limits, Stepper};
 use crate::run::features::{FEATURE_WORDS, Feature};
-use crate::scene::json::{Fields, parse, read_object};
+use crate::scene::json::{Fields, at_least, parse, positive, read_object, within};
 
 /// Integration method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,7 +71,7 @@ const CYCLES_RANGE: [usize; 2] = [1, 1_000_000];
 /// Steps and events that may be allowed: floats, in which results keep counts, are exact up to the most.
 const COUNT_RANGE: [usize; 2] = [1, 1 << 53];
 
-/// Settings of a run.
+/// Settings of a run. Each number alone is judged where it is read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Simulated time [s].
@@ -123,51 +121,6 @@ impl Settings {
         }
     }
 
-    /// Whether a run can be made with the settings.
-    ///
-    /// # Errors
-    /// All problems of the settings.
-    pub fn check(&self) -> Result<(), InputError> {
-        Subject::Settings.judge((), self.problems())
-    }
-
-    /// All problems of the settings.
-    fn problems(&self) -> Vec<Problem> {
-        let mut problems = Vec::new();
-        let mut check = |good: bool, field: &str, accepted: &str, value: &dyn Debug| {
-            if !good {
-                let message = format!("must be a {accepted}, got {value:?}");
-                problems.push(Problem::new(format!("settings.{field}"), message));
-            }
-        };
-        let positive = |value: f64| value > 0.0 && value.is_finite();
-        let within = |value: usize, [least, most]: [usize; 2]| (least..=most).contains(&value);
-        let whole = |[least, most]: [usize; 2]| format!("whole number >= {least} and <= {most}");
-        check(positive(self.duration), "duration", "finite number > 0 [s]", &self.duration);
-        check(within(self.samples, SAMPLES_RANGE), "samples", &whole(SAMPLES_RANGE), &self.samples);
-        let skipped = self.skip >= 0.0 && self.skip.is_finite();
-        check(skipped, "skip", "finite number >= 0 [s]", &self.skip);
-        let [least, most] = RTOL_RANGE;
-        let accepted = format!("finite number >= {least:e} and <= {most} [-]");
-        check((least..=most).contains(&self.rtol), "rtol", &accepted, &self.rtol);
-        let Limits { max_steps, max_events, .. } = self.limits;
-        check(within(max_steps, COUNT_RANGE), "max_steps", &whole(COUNT_RANGE), &max_steps);
-        check(within(max_events, COUNT_RANGE), "max_events", &whole(COUNT_RANGE), &max_events);
-        for (field, unit, value) in [
-            ("position_tolerance", "m", self.position_tolerance),
-            ("velocity_tolerance", "m/s", self.velocity_tolerance),
-        ] {
-            let value = value.unwrap_or(1.0);
-            check(positive(value), field, &format!("finite number > 0 [{unit}]"), &value);
-        }
-        check(within(self.cycles, CYCLES_RANGE), "cycles", &whole(CYCLES_RANGE), &self.cycles);
-        if let Some(of_run) = self.companion_of {
-            let accepted = format!("number from the rtol of the companion to {most} [-]");
-            check((self.rtol..=most).contains(&of_run), "companion_of", &accepted, &of_run);
-        }
-        problems
-    }
-
     /// Instants of all samples of a run that begins at an instant [s].
     pub fn sample_times(&self, begin: f64) -> impl Iterator<Item = f64> + '_ {
         let first = begin + self.skip;
@@ -190,27 +143,24 @@ impl Settings {
     }
 }
 
-/// The settings written in `text`, checked.
+/// The settings written in `text`.
 ///
 /// # Errors
 /// Every unknown, missing or unacceptable field, with paths below `settings`.
 pub fn read_settings(text: &str) -> Result<Settings, InputError> {
     let value = parse(Subject::Settings, "settings", text)?;
-    let (settings, mut problems) = read_object(&value, "settings", None, read);
-    // What stands for a field that could not be read is no second problem of it.
-    let mut further = settings.problems();
-    further.retain(|new| problems.iter().all(|known| known.path != new.path));
-    problems.extend(further);
+    let (settings, problems) = read_object(&value, "settings", None, read);
     Subject::Settings.judge(settings, problems)
 }
 
 fn read(fields: &mut Fields) -> Settings {
     let limits = Limits::default();
+    let rtol = fields.optional_quantity("rtol", within(RTOL_RANGE, "-")).unwrap_or(DEFAULT_RTOL);
     Settings {
-        duration: fields.number("duration"),
-        samples: fields.count_or("samples", 0, SAMPLES_RANGE),
-        skip: fields.number_or("skip", 0.0),
-        rtol: fields.number_or("rtol", DEFAULT_RTOL),
+        duration: fields.quantity("duration", positive("s")),
+        samples: fields.required("samples").map_or(0, |node| node.count(SAMPLES_RANGE)),
+        skip: fields.quantity_or("skip", at_least(0.0, "s"), 0.0),
+        rtol,
         method: fields.word("method", &METHOD_WORDS),
         outputs: fields.optional("outputs").map(|node| node.texts()),
         features: fields.objects("features", |fields| Feature {
@@ -218,9 +168,11 @@ fn read(fields: &mut Fields) -> Settings {
             of: fields.text("of"),
         }),
         cycles: fields.count_or("cycles", 1, CYCLES_RANGE),
-        position_tolerance: fields.optional_number("position_tolerance"),
-        velocity_tolerance: fields.optional_number("velocity_tolerance"),
-        companion_of: fields.optional_number("companion_of"),
+        position_tolerance: fields.optional_quantity("position_tolerance", positive("m")),
+        velocity_tolerance: fields.optional_quantity("velocity_tolerance", positive("m/s")),
+        // Of a run that is no tighter.
+        companion_of: fields
+            .optional_quantity("companion_of", within([rtol.max(RTOL_RANGE[0]), RTOL_RANGE[1]], "-")),
         limits: Limits {
             max_steps: fields.count_or("max_steps", limits.max_steps, COUNT_RANGE),
             max_events: fields.count_or("max_events", limits.max_events, COUNT_RANGE),

@@ -166,7 +166,6 @@ pub fn simulate_from<'a>(
     settings: &Settings,
     monitor: &dyn Fn(f64) -> bool,
 ) -> Result<Trajectory, InputError> {
-    settings.check()?;
     let begin = begin.into();
     let count = settings.samples.saturating_mul(columns(mechanism, settings).len());
     let mut values = filled(count, f64::NAN).map_err(|_| {
@@ -183,7 +182,6 @@ pub fn simulate_from<'a>(
 /// # Errors
 /// What is wrong with the settings.
 pub fn check(mechanism: &Mechanism, settings: &Settings) -> Result<(), InputError> {
-    settings.check()?;
     check_tolerances(mechanism, &mechanism.start, settings)?;
     parse_columns(mechanism, &columns(mechanism, settings))?;
     Plan::new(mechanism, &settings.features)?;
@@ -279,7 +277,6 @@ pub fn record<'a>(
             (State { q: restart.q.clone(), v: restart.v.clone() }, restart.time)
         }
     };
-    settings.check()?;
     let scaled_by = if let Begin::State(start) = begin { start } else { &mechanism.start };
     check_tolerances(mechanism, scaled_by, settings)?;
     let Request { names, columns, plan } = Request::of(mechanism, settings, values.len())?;

@@ -111,7 +111,7 @@ pub(super) fn coupling(fields: &mut Fields) -> Coupling {
         driver,
         carrier: fields.optional("carrier").map(|node| node.text()),
         offset: fields.optional_quantity("offset", finite("rad or m")),
-        pressure_angle: fields.optional_number("pressure_angle"),
+        pressure_angle: fields.optional("pressure_angle").map(|node| node.number()),
         backlash: backlash(fields),
     }
 }

@@ -44,11 +44,11 @@ pub(crate) struct Fields<'a> {
 /// A word that determines the kind of an object, and what reads the fields of that kind.
 pub(crate) type Kind<'f, 'a, T> = (&'static str, &'f dyn Fn(&mut Fields<'a>) -> T);
 
-/// A number that is accepted: finite, and perhaps bounded.
+/// A number that is accepted: finite, and perhaps within bounds.
 #[derive(Clone, Copy)]
 pub(crate) struct Accepted<'u> {
     unit: &'u str,
-    /// The bound, and whether it is accepted itself.
+    /// The least one, and whether it is accepted itself.
     least: Option<(f64, bool)>,
     most: f64,
 }
@@ -62,7 +62,11 @@ pub(crate) fn positive(unit: &str) -> Accepted<'_> {
 }
 
 pub(crate) fn at_least(least: f64, unit: &str) -> Accepted<'_> {
-    Accepted { least: Some((least, true)), ..finite(unit) }
+    within([least, f64::INFINITY], unit)
+}
+
+pub(crate) fn within([least, most]: [f64; 2], unit: &str) -> Accepted<'_> {
+    Accepted { unit, least: Some((least, true)), most }
 }
 
 /// Above 0 and up to 1.
@@ -76,16 +80,14 @@ impl Accepted<'_> {
             return Some(format!("must be a finite number [{unit}], got {value}"));
         }
         let (least, is_accepted) = least?;
-        let is_above = value > least || is_accepted && value == least;
+        let (above, is_above) = if is_accepted { (">=", value >= least) } else { (">", value > least) };
         if is_above && value <= most {
             return None;
         }
-        let above = if is_accepted { ">=" } else { ">" };
-        let below = if most.is_finite() { format!(" and <= {most}") } else { String::new() };
-        Some(format!(
-            "must be {above} {least}{below} [{unit}], got {}",
-            refused(value, if is_above { most } else { least })
-        ))
+        let bound = |bound: f64| refused(bound, f64::NAN);
+        let below = if most.is_finite() { format!(" and <= {}", bound(most)) } else { String::new() };
+        let got = refused(value, if is_above { most } else { least });
+        Some(format!("must be {above} {}{below} [{unit}], got {got}", bound(least)))
     }
 }
 
@@ -163,6 +165,15 @@ impl<'a> Node<'a> {
         fault.map_or(value, |message| {
             self.problem(message);
             f64::NAN
+        })
+    }
+
+    /// A whole number within a range, or its least one after a problem was noted.
+    pub(crate) fn count(&self, [least, most]: [usize; 2]) -> usize {
+        let count = self.value.as_u64().and_then(|count| usize::try_from(count).ok());
+        count.filter(|count| (least..=most).contains(count)).unwrap_or_else(|| {
+            self.problem(format!("must be a whole number >= {least} and <= {most}, got {}", self.value));
+            least
         })
     }
 
@@ -252,18 +263,6 @@ impl<'a> Fields<'a> {
         node
     }
 
-    pub(crate) fn number(&mut self, name: &'static str) -> f64 {
-        self.required(name).map_or(f64::NAN, |node| node.number())
-    }
-
-    pub(crate) fn number_or(&mut self, name: &'static str, default: f64) -> f64 {
-        self.optional(name).map_or(default, |node| node.number())
-    }
-
-    pub(crate) fn optional_number(&mut self, name: &'static str) -> Option<f64> {
-        self.optional(name).map(|node| node.number())
-    }
-
     pub(crate) fn quantity(&mut self, name: &'static str, accepted: Accepted) -> f64 {
         self.required(name).map_or(f64::NAN, |node| node.quantity(accepted))
     }
@@ -280,18 +279,8 @@ impl<'a> Fields<'a> {
         self.required(name).map_or_else(Vec::new, |node| node.numbers())
     }
 
-    /// A whole number, which the caller compares with the range that is accepted.
-    pub(crate) fn count_or(
-        &mut self,
-        name: &'static str,
-        default: usize,
-        [least, most]: [usize; 2],
-    ) -> usize {
-        let Some(node) = self.optional(name) else { return default };
-        node.value.as_u64().and_then(|count| usize::try_from(count).ok()).unwrap_or_else(|| {
-            node.problem(format!("must be a whole number >= {least} and <= {most}, got {}", node.value));
-            default
-        })
+    pub(crate) fn count_or(&mut self, name: &'static str, default: usize, range: [usize; 2]) -> usize {
+        self.optional(name).map_or(default, |node| node.count(range))
     }
 
     pub(crate) fn pair(&mut self, name: &'static str, unit: &str) -> [f64; 2] {

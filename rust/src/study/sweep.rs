@@ -55,7 +55,6 @@ impl<'s> Sweep<'s> {
         threads: Option<usize>,
         monitor: Monitor,
     ) -> Result<Option<Sweep<'s>>, InputError> {
-        settings.check()?;
         let count = thread_count(threads, scenes.len());
         let pool = (count > 1)
             .then(|| private_pool(count))
