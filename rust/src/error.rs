@@ -3,6 +3,8 @@
 
 use std::fmt;
 
+use strsim::levenshtein;
+
 /// One problem of an input.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
@@ -127,10 +129,10 @@ pub fn did_you_mean<'a>(wrong: &str, known: impl Iterator<Item = &'a str>) -> St
         return String::new();
     }
     // Upper and lower case count least: "c" is closer to "C" than to "B".
-    let by_case = |name: &str| edit_distance(&wrong.to_lowercase(), &name.to_lowercase());
+    let by_case = |name: &str| levenshtein(&wrong.to_lowercase(), &name.to_lowercase());
     let nearest = known
         .filter(|name| name.len() <= LONGEST)
-        .map(|name| (by_case(name), edit_distance(wrong, name), name))
+        .map(|name| (by_case(name), levenshtein(wrong, name), name))
         .min();
     match nearest {
         // With up to half of the letters wrong a name is still recognizable.
@@ -164,20 +166,4 @@ pub fn meant_or_known<'a>(wrong: &str, known: impl Iterator<Item = &'a str> + Cl
         }
         _ => format!("; known are {}", names.join(", ")),
     }
-}
-
-/// Levenshtein distance: letters to insert, delete or replace.
-fn edit_distance(first: &str, second: &str) -> usize {
-    let second: Vec<char> = second.chars().collect();
-    let mut row: Vec<usize> = (0..=second.len()).collect();
-    for (i, a) in first.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, b) in second.iter().enumerate() {
-            let replaced = diagonal + usize::from(a != *b);
-            diagonal = row[j + 1];
-            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[second.len()]
 }

@@ -40,7 +40,7 @@ pub use response::Accelerance;
 use crate::contact::pair::Phase;
 use crate::numerics::instant::Instant;
 use crate::numerics::turns::{Turns, with_turns};
-use crate::tree::elements::{FramePoint, Tree};
+use crate::tree::elements::{BodyPlacement, FramePoint, Tree};
 use crate::tree::kinematics::{Coordinate, FrameState, PointState, Vec2, frames_at_rest};
 use crate::tree::motions::FrameMotions;
 
@@ -193,6 +193,13 @@ impl<'m> Dynamics<'m> {
     pub fn body_angle(&self, body: usize) -> f64 {
         let body = &self.tree.bodies[body];
         self.angle(body.frame) + body.angle
+    }
+
+    /// Origin of a body frame [m] and its angle [rad] without full turns, after [`Dynamics::move_to`].
+    pub fn body_pose(&self, body: &BodyPlacement) -> [f64; 3] {
+        let frame = self.frame(body.frame);
+        let origin = frame.point(body.origin).position;
+        [origin.x, origin.y, frame.angle + body.angle]
     }
 
     /// Value and rates of the coordinate of a column; angles include full turns.

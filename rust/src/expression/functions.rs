@@ -38,17 +38,8 @@ impl Binary {
                 let exponent = right * left.compose(derivatives::ln(left.value()));
                 exponent.compose(derivatives::exp(exponent.value()))
             }
-            Binary::Atan2 => {
-                let (y, x) = (left.value(), right.value());
-                // By the smaller of the two over the larger; both have the derivatives of the angle.
-                let ratio = if x.abs() >= y.abs() { left / right } else { -(right / left) };
-                let angle = ratio.compose(derivatives::atan(ratio.value()));
-                angle + (y.atan2(x) - angle.value())
-            }
-            Binary::Hypot => {
-                let square = left * left + right * right;
-                square.compose(derivatives::sqrt(square.value()))
-            }
+            Binary::Atan2 => left.atan2(right),
+            Binary::Hypot => (left * left + right * right).sqrt(),
         }
     }
 }

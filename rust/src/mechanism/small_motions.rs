@@ -77,11 +77,6 @@ pub fn small_motions(
             }
         }
     }
-    let poses = mechanism.bodies.iter().map(|body| {
-        let frame = dynamics.frame(body.frame);
-        let origin = frame.point(body.origin).position;
-        [origin.x, origin.y, frame.angle + body.angle]
-    });
-    let poses = poses.collect();
+    let poses = mechanism.bodies.iter().map(|body| dynamics.body_pose(body)).collect();
     Ok(SmallMotions { linear, closures, bodies, poses })
 }

@@ -104,11 +104,6 @@ impl<const N: usize> Dual<N> {
         gradient[index] = 1.0;
         Self { value, gradient }
     }
-
-    /// The chain rule: a value with the derivatives of this number times a slope.
-    fn chain(self, value: f64, slope: f64) -> Self {
-        Self { value, gradient: self.gradient.map(|g| slope * g) }
-    }
 }
 
 impl<const N: usize> Scalar for Dual<N> {
@@ -118,8 +113,9 @@ impl<const N: usize> Scalar for Dual<N> {
     fn value(self) -> f64 {
         self.value
     }
+    /// The chain rule.
     fn compose(self, [value, slope, ..]: [f64; 4]) -> Self {
-        self.chain(value, slope)
+        Self { value, gradient: self.gradient.map(|g| slope * g) }
     }
 }
 
@@ -167,7 +163,7 @@ impl<const N: usize> Div for Dual<N> {
 impl<const N: usize> Neg for Dual<N> {
     type Output = Self;
     fn neg(self) -> Self {
-        self.chain(-self.value, -1.0)
+        self * -1.0
     }
 }
 
@@ -188,6 +184,6 @@ impl<const N: usize> Sub<f64> for Dual<N> {
 impl<const N: usize> Mul<f64> for Dual<N> {
     type Output = Self;
     fn mul(self, other: f64) -> Self {
-        self.chain(self.value * other, other)
+        Self { value: self.value * other, gradient: self.gradient.map(|g| other * g) }
     }
 }

@@ -7,8 +7,7 @@
 /// at very unequal distances: the second derivatives are then small differences of slopes, divided by the distance.
 pub(crate) fn not_a_knot(times: &[f64], values: &[f64]) -> Vec<[f64; 4]> {
     let n = times.len();
-    let h: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let secant: Vec<f64> = values.windows(2).zip(&h).map(|(pair, h)| (pair[1] - pair[0]) / h).collect();
+    let (h, secant) = secants(times, values);
     if n == 2 {
         return vec![[values[0], secant[0], 0.0, 0.0]];
     }
@@ -57,11 +56,20 @@ pub(crate) fn not_a_knot(times: &[f64], values: &[f64]) -> Vec<[f64; 4]> {
     let end = n - 3;
     let third = -third(second[end], last, h[n - 2], h[n - 3]);
     let end = cubic(&values[end..], &h[end..], &secant[end..], last, third);
-    let inner = (2..n - 3).map(|k| {
-        let [a, b] = [second[k], second[k + 1]];
-        [values[k], secant[k] - h[k] * (2.0 * a + b) / 6.0, 0.5 * a, (b - a) / (6.0 * h[k])]
-    });
+    let inner = (2..n - 3).map(|k| between(values[k], secant[k], h[k], [second[k], second[k + 1]]));
     start.into_iter().chain(inner).chain(end).collect()
+}
+
+/// Distances of the points, and the slopes of straight lines between them.
+fn secants(points: &[f64], values: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let h: Vec<f64> = points.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let secants = values.windows(2).zip(&h).map(|(pair, h)| (pair[1] - pair[0]) / h).collect();
+    (h, secants)
+}
+
+/// The cubic between two points with these second derivatives.
+fn between(value: f64, secant: f64, h: f64, [a, b]: [f64; 2]) -> [f64; 4] {
+    [value, secant - h * (2.0 * a + b) / 6.0, 0.5 * a, (b - a) / (6.0 * h)]
 }
 
 /// Both pieces of the cubic through three points, from the quadratic and the cubic coefficient of its Newton form.
@@ -87,8 +95,7 @@ fn cubic(values: &[f64], h: &[f64], secant: &[f64], quadratic: f64, third: f64) 
 /// at both ends.
 pub(crate) fn periodic_cubic(points: &[f64], values: &[f64]) -> Vec<[f64; 4]> {
     let n = points.len() - 1;
-    let h: Vec<f64> = points.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let secant: Vec<f64> = values.windows(2).zip(&h).map(|(pair, h)| (pair[1] - pair[0]) / h).collect();
+    let (h, secant) = secants(points, values);
     // Second derivatives: h[k-1]/6 s[k-1] + (h[k-1] + h[k])/3 s[k] + h[k]/6 s[k+1] = secant[k] - secant[k-1], where
     // indices go round.
     let before = |k: usize| (k + n - 1) % n;
@@ -121,11 +128,7 @@ pub(crate) fn periodic_cubic(points: &[f64], values: &[f64]) -> Vec<[f64; 4]> {
             plain.iter().zip(&change).map(|(plain, change)| plain - factor * change).collect()
         }
     };
-    let piece = |k: usize| {
-        let [a, b] = [second[k], second[(k + 1) % n]];
-        [values[k], secant[k] - h[k] * (2.0 * a + b) / 6.0, 0.5 * a, (b - a) / (6.0 * h[k])]
-    };
-    (0..n).map(piece).collect()
+    (0..n).map(|k| between(values[k], secant[k], h[k], [second[k], second[(k + 1) % n]])).collect()
 }
 
 /// Solves a symmetric tridiagonal system.
@@ -148,8 +151,7 @@ fn tridiagonal(diagonal: &[f64], off: &[f64], mut right: Vec<f64>) -> Vec<f64> {
 /// `PchipInterpolator`, or, where the points repeat themselves, those of neighbors across the ends.
 pub(crate) fn monotone(points: &[f64], values: &[f64], periodic: bool) -> Vec<[f64; 4]> {
     let n = points.len() - 1;
-    let h: Vec<f64> = points.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let secant: Vec<f64> = values.windows(2).zip(&h).map(|(pair, h)| (pair[1] - pair[0]) / h).collect();
+    let (h, secant) = secants(points, values);
     if n == 1 {
         return vec![[values[0], secant[0], 0.0, 0.0]];
     }

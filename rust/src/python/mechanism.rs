@@ -20,7 +20,7 @@ use crate::run::settings::read_settings;
 use crate::run::tolerances::default_impact_velocity_floors;
 use crate::run::trajectory::{Begin, Contact, Event, check_restart, columns, event_joint, record};
 use crate::scene::reader::read_scene;
-use crate::tree::elements::{BodyPlacement, ContactSlot, State};
+use crate::tree::elements::{ContactSlot, State};
 
 /// Length of a scene in text [bytes] from which it may take longer to compile than to start a thread.
 const LONG: usize = 20_000;
@@ -47,36 +47,29 @@ impl CompiledMechanism {
         let mechanism = &self.mechanism;
         let names: Vec<&str> =
             mechanism.free.iter().map(|&column| mechanism.coordinate_names[column].as_str()).collect();
-        let bodies: Vec<&str> = mechanism.bodies.iter().map(|body| body.name.as_str()).collect();
         // A guide has several contacts, each with the name of its place after that of the joint.
         let joint_of = |slot: &'_ ContactSlot| slot.name.split('.').next().unwrap_or_default().to_owned();
         let joints = mechanism.slots.iter().filter(|slot| slot.backlash.is_none());
         let mut cut: Vec<String> = joints.map(joint_of).collect();
         cut.dedup();
         cut.extend(mechanism.closures.iter().map(|closure| closure.name.clone()));
-        let floors = default_impact_velocity_floors(mechanism);
         let mut dynamics = Dynamics::new(mechanism);
         dynamics.move_to(0.0, &mechanism.start.q, &mechanism.start.v);
-        let pose = |body: &BodyPlacement| {
-            let frame = dynamics.frame(body.frame);
-            let origin = frame.point(body.origin).position;
-            [origin.x, origin.y, frame.angle + body.angle]
-        };
-        let poses: Vec<[f64; 3]> = mechanism.bodies.iter().map(pose).collect();
-        let description = serde_json::json!({
+        let poses: Vec<[f64; 3]> = mechanism.bodies.iter().map(|body| dynamics.body_pose(body)).collect();
+        serde_json::json!({
             "degrees_of_freedom": mechanism.mobility(),
             "coordinates": names,
-            "bodies": bodies,
+            "bodies": mechanism.bodies.iter().map(|body| &body.name).collect::<Vec<_>>(),
             "poses": poses,
             "cut_joints": cut,
-            "impact_velocity_floors": floors,
             "notices": notices(&mechanism.warnings),
+            "impact_velocity_floors": default_impact_velocity_floors(mechanism),
             "columns": column_names(mechanism),
             "further_columns": further_column_names(mechanism),
             "sector_columns": sector_column_names(mechanism),
             "branch": mechanism.branch,
-        });
-        description.to_string()
+        })
+        .to_string()
     }
 
     /// The mechanism linearized about its start, or about the end of a run (JSON).
@@ -187,14 +180,12 @@ fn events_dict<'py>(
     events: &[Event],
 ) -> PyResult<Bound<'py, PyDict>> {
     let table = PyDict::new(py);
-    let times: Vec<f64> = events.iter().map(|event| event.time).collect();
-    let velocities: Vec<f64> = events.iter().map(|event| event.normal_velocity).collect();
+    let column = |of: fn(&Event) -> f64| events.iter().map(of).collect::<Vec<f64>>().into_pyarray(py);
     let joints: Vec<&str> = events.iter().map(|event| event_joint(mechanism, event.place)).collect();
-    let kinds: Vec<&str> = events.iter().map(|event| event.kind.word()).collect();
-    table.set_item("time", times.into_pyarray(py))?;
+    table.set_item("time", column(|event| event.time))?;
     table.set_item("joint", joints)?;
-    table.set_item("kind", kinds)?;
-    table.set_item("normal_velocity", velocities.into_pyarray(py))?;
+    table.set_item("kind", events.iter().map(|event| event.kind.word()).collect::<Vec<_>>())?;
+    table.set_item("normal_velocity", column(|event| event.normal_velocity))?;
     Ok(table)
 }
 
@@ -204,15 +195,14 @@ fn contacts_dict<'py>(
     contacts: &[Contact],
 ) -> PyResult<Bound<'py, PyDict>> {
     let table = PyDict::new(py);
-    let column = |of: fn(&Contact) -> f64| -> Vec<f64> { contacts.iter().map(of).collect() };
-    let joints: Vec<&str> =
-        contacts.iter().map(|contact| mechanism.slots[contact.joint].name.as_str()).collect();
+    let column = |of: fn(&Contact) -> f64| contacts.iter().map(of).collect::<Vec<f64>>().into_pyarray(py);
+    let joints: Vec<&String> = contacts.iter().map(|contact| &mechanism.slots[contact.joint].name).collect();
     table.set_item("joint", joints)?;
-    table.set_item("onset", column(|contact| contact.onset).into_pyarray(py))?;
-    table.set_item("separation", column(|contact| contact.separation).into_pyarray(py))?;
-    table.set_item("impact_velocity", column(|contact| contact.impact_velocity).into_pyarray(py))?;
-    table.set_item("peak_force", column(|contact| contact.peak_force).into_pyarray(py))?;
-    table.set_item("peak_time", column(|contact| contact.peak_time).into_pyarray(py))?;
+    table.set_item("onset", column(|contact| contact.onset))?;
+    table.set_item("separation", column(|contact| contact.separation))?;
+    table.set_item("impact_velocity", column(|contact| contact.impact_velocity))?;
+    table.set_item("peak_force", column(|contact| contact.peak_force))?;
+    table.set_item("peak_time", column(|contact| contact.peak_time))?;
     Ok(table)
 }
 
