@@ -7,8 +7,6 @@
 
 use std::f64::consts::TAU;
 
-use serde::{Deserialize, Serialize};
-
 use crate::contact::face::Face;
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::{Latch, NormalLaw};
@@ -67,7 +65,7 @@ pub struct ContactLaw {
 }
 
 /// Whether the surfaces touch.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, serde::Deserialize, PartialEq, serde::Serialize)]
 pub enum Phase {
     /// No contact: the force is zero, whatever the penetration.
     Free,
