@@ -63,7 +63,6 @@ mod integrators {
 
 mod run {
     mod contact_events;
-    mod elements;
     mod energy;
     mod impact_floor;
     mod oracles;

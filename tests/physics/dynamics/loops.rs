@@ -1,13 +1,13 @@
 //! Closed loops of ideal joints, against closed forms and the Cartesian system.
 
-use chebclear::dynamics::{Dynamics, Linearization};
+use chebclear::dynamics::Dynamics;
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::run::settings::Method;
 use chebclear::run::trajectory::{Settings, Trajectory, simulate};
 use chebclear::scene::parts::{Body, Drive, Force, Joint, JointKind, Scene, Start};
-use chebclear::tree::elements::{Closure, Scales};
+use chebclear::tree::elements::Closure;
 
-use crate::support::{body, compile, derivative, ideal, point, slider_crank};
+use crate::support::{body, compile, ideal, point, slider_crank};
 
 /// The paper's mechanism with an ideal wrist.
 fn ideal_slider_crank() -> Scene {
@@ -46,16 +46,6 @@ pub(crate) fn four_bar(speed: Option<f64>) -> Scene {
     }
 }
 
-/// Rocker angle of the open branch by Freudenstein's equation
-/// `K₁ cos φ - K₂ cos θ + K₃ = cos(θ - φ)` [HartenbergDenavit1964], solved by the half angle.
-fn freudenstein(theta: f64) -> f64 {
-    let (k1, k2) = (GROUND / CRANK, GROUND / ROCKER);
-    let k3 = (CRANK * CRANK - COUPLER * COUPLER + ROCKER * ROCKER + GROUND * GROUND) / (2.0 * CRANK * ROCKER);
-    let (sine, cosine) = theta.sin_cos();
-    let (a, b, c) = (cosine - k1 - k2 * cosine + k3, -2.0 * sine, k1 - (k2 + 1.0) * cosine + k3);
-    2.0 * ((-b - (b * b - 4.0 * a * c).sqrt()) / (2.0 * a)).atan()
-}
-
 fn run(mechanism: &Mechanism, duration: f64, samples: usize, rtol: f64) -> Trajectory {
     let settings = Settings { rtol, ..Settings::new(duration, samples) };
     let run = simulate(mechanism, &settings, &|_| true).unwrap();
@@ -66,83 +56,6 @@ fn run(mechanism: &Mechanism, duration: f64, samples: usize, rtol: f64) -> Traje
 fn column(run: &Trajectory, name: &str) -> Vec<f64> {
     let place = run.columns.iter().position(|column| column == name).unwrap();
     run.values.chunks_exact(run.columns.len()).map(|row| row[place]).collect()
-}
-
-#[test]
-fn ideal_slider_crank_is_solved_without_integration() {
-    let mechanism = compile(&ideal_slider_crank());
-    assert_eq!((mechanism.closures.len(), mechanism.mobility()), (1, 0));
-    let run = run(&mechanism, 0.06, 721, 1e-6);
-    assert_eq!(run.stats.evaluations, 0);
-    let omega = 2000.0 * std::f64::consts::PI / 30.0;
-    let (r, l) = (0.05, 0.12);
-    let position = |t: f64| {
-        let (s, c) = (omega * t).sin_cos();
-        r * c + (l * l - r * r * s * s).sqrt()
-    };
-    let (x, vx, ax) = (column(&run, "slider.x"), column(&run, "slider.vx"), column(&run, "slider.ax"));
-    for (k, &t) in run.t.iter().enumerate() {
-        let (s, c) = (omega * t).sin_cos();
-        let root = (l * l - r * r * s * s).sqrt();
-        let velocity = -r * omega * s - r * r * omega * s * c / root;
-        let acceleration = -r * omega * omega * c
-            - r * r * omega * omega * ((c * c - s * s) / root + r * r * s * s * c * c / root.powi(3));
-        assert!((x[k] - position(t)).abs() < 1e-14);
-        assert!((vx[k] - velocity).abs() < 1e-9 * r * omega);
-        assert!((ax[k] - acceleration).abs() < 1e-9 * r * omega * omega);
-    }
-    // The drive supplies the change of the kinetic energy.
-    let torque = column(&run, "drive.torque");
-    let kinetic = |t: f64| {
-        let mut dynamics = Dynamics::new(&mechanism);
-        let scales = Scales { levers: vec![1.0; 2], ..mechanism.scales.clone() };
-        let (mut q, mut v) = (mechanism.start.q.clone(), mechanism.start.v.clone());
-        let steps = 2000;
-        for step in 1..=steps {
-            dynamics.project(t * step as f64 / steps as f64, &mut q, &mut v, &scales).unwrap();
-        }
-        dynamics.move_to(t, &q, &v);
-        let energy = |body: &chebclear::tree::elements::BodyPlacement| {
-            let frame = dynamics.frame(body.frame);
-            0.5 * body.mass * frame.point(body.center).velocity.norm_squared()
-                + 0.5 * body.inertia * frame.angular_velocity.powi(2)
-        };
-        vec![mechanism.bodies.iter().map(energy).sum::<f64>()]
-    };
-    for k in [37, 150, 333] {
-        let power = derivative(|s| kinetic(run.t[k] + 1e-3 * s))[0] / 1e-3;
-        assert!(
-            (torque[k] * omega - power).abs() < 1e-6 * power.abs().max(1.0),
-            "{} {power}",
-            torque[k] * omega
-        );
-    }
-}
-
-#[test]
-fn ideal_four_bar_follows_freudenstein() {
-    let speed = 40.0;
-    let mechanism = compile(&four_bar(Some(speed)));
-    assert_eq!(mechanism.mobility(), 0);
-    let run = run(&mechanism, 0.5, 301, 1e-6);
-    let angle = column(&run, "rocker.angle");
-    let (rate, acceleration) =
-        (column(&run, "rocker.angular_velocity"), column(&run, "rocker.angular_acceleration"));
-    for (k, &t) in run.t.iter().enumerate() {
-        let theta = 0.4 + speed * t;
-        let phi = freudenstein(theta);
-        let turns = ((angle[k] - phi) / std::f64::consts::TAU).round();
-        assert!((angle[k] - phi - turns * std::f64::consts::TAU).abs() < 1e-9);
-        // Implicit differentiation of F(θ, φ) = K₁ cos φ - K₂ cos θ + K₃ - cos(θ - φ) = 0.
-        let (k1, k2, (s, c)) = (GROUND / CRANK, GROUND / ROCKER, (theta - phi).sin_cos());
-        let (by_theta, by_phi) = (k2 * theta.sin() + s, -k1 * phi.sin() - s);
-        let first = -by_theta / by_phi;
-        let second =
-            -(k2 * theta.cos() + c - 2.0 * c * first + (c - k1 * phi.cos()) * first * first) / by_phi;
-        assert!((rate[k] - speed * first).abs() < 1e-9 * speed, "{} {}", rate[k], speed * first);
-        let expected = speed * speed * second;
-        assert!((acceleration[k] - expected).abs() < 1e-9 * speed * speed, "{} {expected}", acceleration[k]);
-    }
 }
 
 #[test]
@@ -174,32 +87,6 @@ fn gate_12_free_four_bar_keeps_its_energy_and_stays_closed() {
     let (gap, rate) = mechanism.closures.iter().fold((0.0, 0.0), residual);
     assert!(gap < 1e-14 && rate < 1e-12, "{gap:e} m, {rate:e} m/s");
     assert!(run.largest_projection < 1e-9);
-}
-
-#[test]
-fn loop_jacobian_agrees_with_differences() {
-    let mechanism = compile(&four_bar(None));
-    let mut dynamics = Dynamics::new(&mechanism);
-    let (q, mut v) = (mechanism.start.q.clone(), vec![1.3, -0.4, 0.9]);
-    let scales = Scales { levers: vec![1.0; 3], ..mechanism.scales.clone() };
-    dynamics.project(0.0, &mut q.clone(), &mut v, &scales).unwrap();
-    let mut linear = Linearization::new(3);
-    assert!(dynamics.linearize(0.0, &q, &v, &mut linear));
-    for k in 0..3 {
-        let at = |dq: f64, dv: f64| {
-            let (mut q, mut v) = (q.clone(), v.clone());
-            q[k] += dq;
-            v[k] += dv;
-            let mut a = vec![0.0; 3];
-            assert!(Dynamics::new(&mechanism).acceleration(0.0, &q, &v, &mut a));
-            a
-        };
-        let (by_q, by_v) = (derivative(|s| at(s, 0.0)), derivative(|s| at(0.0, s)));
-        for i in 0..3 {
-            assert!((linear.a_q[3 * i + k] - by_q[i]).abs() < 1e-7 * (1.0 + by_q[i].abs()));
-            assert!((linear.a_v[3 * i + k] - by_v[i]).abs() < 1e-7 * (1.0 + by_v[i].abs()));
-        }
-    }
 }
 
 /// Largest gap [m] and gap rate [m/s] of the joints that close the loop, one of which is cut, over the

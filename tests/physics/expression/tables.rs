@@ -1,7 +1,5 @@
 //! Tables: identities of their curves, pieces and ends. Their values are compared with SciPy in Python.
 
-use std::f64::consts::TAU;
-
 use chebclear::expression::curve::{Beyond, Curve, Interpolation};
 
 use crate::support::Random;
@@ -56,51 +54,6 @@ fn curves_pass_through_their_points_and_hold_or_end_beyond() {
             }
         }
     }
-}
-
-#[test]
-fn cubics_are_smooth_and_monotone_cubics_do_not_overshoot() {
-    let mut random = Random(8);
-    for _ in 0..20 {
-        let (points, values) = points(&mut random, 8);
-        for beyond in ENDS {
-            for way in [Interpolation::Monotone, Interpolation::Cubic] {
-                let curve = Curve::new(&points, &values, way, beyond).unwrap();
-                let first = usize::from(beyond != Beyond::Repeat);
-                for &knot in &points[first..7] {
-                    let slope = |side: f64| {
-                        let h = 1e-8 * side;
-                        (at(&curve, knot + 2.0 * h) - at(&curve, knot + h)) / h
-                    };
-                    let jump = slope(1.0) - slope(-1.0);
-                    assert!(jump.abs() < 1e-2, "{way:?} {beyond:?}: {jump:e}");
-                }
-            }
-            let curve = Curve::new(&points, &values, Interpolation::Monotone, beyond).unwrap();
-            for k in 0..7 {
-                for part in 1..50 {
-                    let x = points[k] + (points[k + 1] - points[k]) * f64::from(part) / 50.0;
-                    let (low, high) = (values[k].min(values[k + 1]), values[k].max(values[k + 1]));
-                    assert!((low - 1e-12..=high + 1e-12).contains(&at(&curve, x)));
-                }
-            }
-        }
-    }
-}
-
-#[test]
-fn a_periodic_spline_of_a_sine_is_as_accurate_as_its_order() {
-    let error = |count: usize| {
-        let points: Vec<f64> = (0..=count).map(|k| TAU * k as f64 / count as f64).collect();
-        let mut values: Vec<f64> = points.iter().map(|x| x.sin()).collect();
-        values[count] = values[0];
-        let curve = Curve::new(&points, &values, Interpolation::Cubic, Beyond::Repeat).unwrap();
-        (0..1000)
-            .map(|k| (at(&curve, 0.01 * f64::from(k)) - (0.01 * f64::from(k)).sin()).abs())
-            .fold(0.0, f64::max)
-    };
-    let ratio = error(16) / error(32);
-    assert!((14.0..18.0).contains(&ratio), "{ratio}");
 }
 
 #[test]

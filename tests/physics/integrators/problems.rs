@@ -111,30 +111,6 @@ pub fn pendulum() -> Problem {
     }
 }
 
-/// A pendulum of mass 1 kg, length 1 m and moment of inertia 0.25 kg m² about its center of mass; its pivot
-/// moves sideways by 0.1 + 0.2 sin(6 t + 0.5) [m].
-pub fn driven_pendulum() -> Problem {
-    Problem {
-        name: "pendulum on a driven pivot",
-        law: |_, t, q, _, a| {
-            let pivot = -7.2 * (6.0 * t + 0.5).sin();
-            a[0] = -(9.81 * q[0].sin() + pivot * q[0].cos()) / 1.25;
-        },
-        derivatives: |_, t, q, _, out| {
-            let (sine, cosine) = (6.0 * t + 0.5).sin_cos();
-            out.a_q[0] = -(9.81 * q[0].cos() + 7.2 * sine * q[0].sin()) / 1.25;
-            out.a_v[0] = 0.0;
-            out.a_t[0] = 43.2 * cosine * q[0].cos() / 1.25;
-        },
-        parameter: 0.0,
-        t0: 0.0,
-        duration: 2.0,
-        q: vec![1.0],
-        v: vec![0.5],
-        exact: None,
-    }
-}
-
 /// Eccentricity of the orbit of [`kepler`].
 const ECCENTRICITY: f64 = 0.3;
 

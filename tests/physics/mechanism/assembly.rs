@@ -3,12 +3,9 @@
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::run::settings::Settings;
 use chebclear::run::trajectory::simulate;
-use chebclear::scene::parts::{Body, Drive, Joint, JointKind, Scene};
-use nalgebra::Vector2;
+use chebclear::scene::parts::{Body, Drive, JointKind, Scene};
 
-use crate::support::{Random, body, compile, ideal, point, slider_crank};
-
-type Vec2 = Vector2<f64>;
+use crate::support::{body, compile, ideal, point, slider_crank};
 
 fn refusal(scene: &Scene) -> String {
     Mechanism::compile(scene).map(|_| ()).expect_err("the scene cannot be started").to_string()
@@ -64,65 +61,6 @@ fn initial_angle_of_a_welded_body_counts_for_what_it_is_welded_to() {
         for (name, angle) in [("arm", 0.5), ("plate", 1.2)] {
             let column = run.columns.iter().position(|column| *column == format!("{name}.angle")).unwrap();
             assert!((run.values[column] - angle).abs() < 1e-15);
-        }
-    }
-}
-
-/// A driven four-bar of 0.1, 0.25, 0.2 on 0.22 m, play between coupler and rocker.
-fn four_bar(crank_angle: f64, coupler_angle: f64, rocker_angle: f64) -> Scene {
-    let bar = |name: &str, length: f64, angle: f64| {
-        let ends = vec![point("P", 0.0, 0.0), point("Q", length, 0.0)];
-        Body { angle, ..body(name, 0.1, 1e-4, [0.5 * length, 0.0], ends) }
-    };
-    let mut scene = slider_crank(false);
-    scene.ground = vec![point("D", 0.22, 0.0)];
-    scene.bodies =
-        vec![bar("crank", 0.1, 0.0), bar("coupler", 0.25, coupler_angle), bar("rocker", 0.2, rocker_angle)];
-    let Joint::Clearance { bearing, journal, .. } = &mut scene.joints[3] else { unreachable!() };
-    (*bearing, *journal) = ("coupler.Q".to_owned(), "rocker.Q".to_owned());
-    scene.joints[0] = ideal("crank_bearing", "ground", "crank.P", JointKind::Revolute);
-    scene.joints[1] = ideal("pin", "coupler.P", "crank.Q", JointKind::Revolute);
-    scene.joints[2] = ideal("pivot", "ground.D", "rocker.P", JointKind::Revolute);
-    let Drive::Speed { angle, speed, .. } = &mut scene.drives[0] else { panic!("a constant speed") };
-    (*angle, *speed) = (crank_angle, 30.0);
-    scene
-}
-
-#[test]
-fn four_bar_starts_on_the_branch_of_its_initial_angles_with_the_closed_form_pose_and_velocity() {
-    let perp = |v: Vec2| Vec2::new(-v.y, v.x);
-    let mut random = Random(3);
-    for step in 0..24 {
-        let crank_angle = f64::from(step) * std::f64::consts::TAU / 24.0;
-        for branch in [1.0, -1.0] {
-            // The coupler's end C on the circles around the crank's pin B and the pivot D.
-            let (b, d) = (0.1 * Vec2::new(crank_angle.cos(), crank_angle.sin()), Vec2::new(0.22, 0.0));
-            let base = d - b;
-            let along = (0.25 * 0.25 - 0.2 * 0.2 + base.norm_squared()) / (2.0 * base.norm());
-            let across = (0.25_f64 * 0.25 - along * along).sqrt();
-            let c = b + along * base.normalize() + branch * across * perp(base.normalize());
-            let angle_of = |arm: Vec2| arm.y.atan2(arm.x);
-            let angles = [angle_of(c - b), angle_of(c - d)];
-            let guess = angles.map(|angle| angle + random.within(-0.3, 0.3));
-            let mechanism = compile(&four_bar(crank_angle, guess[0], guess[1]));
-
-            let pin = 30.0 * perp(b);
-            let rates = [
-                -pin.dot(&(c - d)) / perp(c - b).dot(&(c - d)),
-                pin.dot(&(c - b)) / perp(c - d).dot(&(c - b)),
-            ];
-            let run = simulate(&mechanism, &Settings::new(1e-4, 2), &|_| true).unwrap();
-            let start =
-                |name: &str| run.values[run.columns.iter().position(|column| column == name).unwrap()];
-            for (name, angle, rate) in [("coupler", angles[0], rates[0]), ("rocker", angles[1], rates[1])] {
-                let off = start(&format!("{name}.angle")) - angle;
-                // The same pose after any number of turns.
-                assert!(off.sin().abs() < 1e-11 && off.cos() > 0.0, "{crank_angle} {branch} {name}: {off:e}");
-                let off = start(&format!("{name}.angular_velocity")) - rate;
-                assert!(off.abs() < 1e-9, "{crank_angle} {branch} {name}: {off:e} rad/s");
-            }
-            assert!(start("wrist.eccentricity") < 1e-13 * 0.25);
-            assert!(start("wrist.penetration_rate").abs() < 1e-11);
         }
     }
 }
@@ -192,25 +130,4 @@ fn too_many_joints_or_drives_are_counted() {
     }
     scene.drives.pop();
     assert_eq!(compile(&scene).mobility(), 0);
-}
-
-#[test]
-fn slider_crank_starts_with_the_closed_form_position_and_velocity() {
-    for step in 0..24 {
-        let angle = f64::from(step) * std::f64::consts::TAU / 24.0;
-        let speed = 2000.0 * std::f64::consts::PI / 30.0;
-        let mut scene = slider_crank(false);
-        let Drive::Speed { angle: start_angle, .. } = &mut scene.drives[0] else {
-            panic!("a constant speed")
-        };
-        *start_angle = angle;
-        let mechanism = compile(&scene);
-        let run = simulate(&mechanism, &Settings::new(1e-6, 2), &|_| true).unwrap();
-        let start = |name: &str| run.values[run.columns.iter().position(|column| column == name).unwrap()];
-        let (height, reach) = (0.05 * angle.sin(), (0.12_f64.powi(2) - (0.05 * angle.sin()).powi(2)).sqrt());
-        let position = 0.05 * angle.cos() + reach;
-        let velocity = -0.05 * speed * angle.sin() - height * 0.05 * speed * angle.cos() / reach;
-        assert!((start("slider.x") - position).abs() < 1e-14, "{angle}");
-        assert!((start("slider.vx") - velocity).abs() < 1e-12, "{angle}");
-    }
 }

@@ -272,7 +272,7 @@ fn guided() -> Scene {
 }
 
 /// Every element and a motion by a table, around the same mechanism.
-pub(crate) fn elements() -> Scene {
+fn elements() -> Scene {
     let times = [0.0, 0.003, 0.0042, 0.007, 0.01];
     let table =
         |values: &[f64]| TimeFunction::Table(Curve::spline(&times, values).expect("the points are good"));
@@ -326,7 +326,7 @@ pub(crate) fn elements() -> Scene {
 }
 
 /// The same without play: its drive prescribes everything.
-pub(crate) fn prescribed() -> Scene {
+fn prescribed() -> Scene {
     let mut scene = elements();
     scene.bodies.truncate(3);
     scene.joints.truncate(3);

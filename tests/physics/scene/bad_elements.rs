@@ -1,14 +1,11 @@
 //! Scenes with something wrong: refused at the path of the field, all at once, and with the nearest known name.
 
-use chebclear::expression::curve::Curve;
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::run::features::{Feature, FeatureKind};
 use chebclear::run::settings::{Settings, read_settings};
 use chebclear::run::trajectory::simulate;
-use chebclear::scene::loads::Load;
-use chebclear::scene::parts::{Force, ForceFrame, Scene, Start};
+use chebclear::scene::parts::{Force, Scene, Start};
 use chebclear::scene::reader::read_scene;
-use chebclear::scene::time_function::TimeFunction;
 use serde_json::{Value, json};
 
 use crate::scene::properties::places;
@@ -51,67 +48,6 @@ pub(crate) const GOOD: &str = r#"{
     {"type": "clearance", "joint": "eye", "eccentricity": [1e-4, 2e-4], "rate": [0.125, 18]}
   ]
 }"#;
-
-#[test]
-fn the_good_text_is_read_as_what_it_says() {
-    let scene = read_scene(GOOD).unwrap();
-    let harmonic = |amplitude, angular_frequency, phase, mean| TimeFunction::Harmonic {
-        mean,
-        amplitude,
-        angular_frequency,
-        phase,
-    };
-    let damper = |name: &str, a: &str, b: &str, stiffness, length, damping| Force::Spring {
-        name: name.into(),
-        a: a.into(),
-        b: b.into(),
-        stiffness,
-        length,
-        damping,
-        tension: Load::NONE,
-    };
-    let torsion = |name: &str, a: &str, b: &str, stiffness, angle, damping| Force::TorsionSpring {
-        name: name.into(),
-        a: a.into(),
-        b: b.into(),
-        stiffness,
-        angle,
-        damping,
-    };
-    assert_eq!(
-        scene.forces,
-        [
-            damper("coil", "ground.W", "cart", 10.0, 0.5, 1.0),
-            damper("dashpot", "ground.W", "arm.B", 0.0, 0.0, 2.0),
-            torsion("twist", "cart", "arm", 3.0, 0.25, 4.0),
-            torsion("drag", "ground", "hand", 0.0, 0.0, 5.0),
-            Force::Applied {
-                name: "push".into(),
-                point: "arm.B".into(),
-                x: harmonic(6.0, 7.0, 8.0, 9.0).into(),
-                y: TimeFunction::Polynomial(vec![10.0, 11.0]).into(),
-                frame: ForceFrame::Body,
-            },
-            Force::Torque {
-                name: "motor".into(),
-                body: "hand".into(),
-                reaction: "arm".into(),
-                torque: TimeFunction::Table(Curve::spline(&[0.0, 1.0, 2.0], &[12.0, 13.0, 14.0]).unwrap())
-                    .into(),
-            },
-        ]
-    );
-    assert_eq!(scene.drives[0].motion(), harmonic(0.1, 15.0, 0.0, 0.0));
-    assert_eq!(
-        scene.start,
-        [
-            Start::Joint { joint: "pivot".into(), position: Some(0.5), velocity: Some(16.0) },
-            Start::Body { body: "hand".into(), angle: Some(-0.75), angular_velocity: Some(17.0) },
-            Start::Clearance { joint: "eye".into(), eccentricity: [1e-4, 2e-4], rate: [0.125, 18.0] },
-        ]
-    );
-    assert_eq!(compile(&scene).degrees_of_freedom(), 5);
-}
 
 /// The JSON pointer of a path such as `forces[0].stiffness`.
 fn pointer(path: &str) -> String {

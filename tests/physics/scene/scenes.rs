@@ -1,15 +1,12 @@
 //! What is refused, all at once and with paths; what is read; how a failed run says so.
 
-use chebclear::contact::normal::{Damping, NormalLaw};
-use chebclear::contact::pair::SlidingVelocity;
 use chebclear::error::InputError;
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::run::settings::Settings;
 use chebclear::run::trajectory::{EventKind, simulate};
-use chebclear::scene::parts::{Body, CENTER_OF_MASS, Drive, Force, Joint, JointKind, Scene};
-use chebclear::scene::reader::read_scene;
+use chebclear::scene::parts::{Body, JointKind, Scene};
 
-use crate::support::{body, compile, ideal, paper_friction, point, slider_crank};
+use crate::support::{body, compile, ideal, slider_crank};
 
 fn refusal(scene: &Scene) -> InputError {
     Mechanism::compile(scene).map(|_| ()).expect_err("the scene is bad")
@@ -96,70 +93,6 @@ pub(crate) const GOOD: &str = r#"{
   "forces": [{"type": "gravity", "acceleration": [0, -9.81]}],
   "drives": [{"type": "speed", "name": "motor", "joint": "hinge", "speed": 209.43951023931953}]
 }"#;
-
-#[test]
-fn written_scene_is_read_as_what_it_says() {
-    let mut arm = body("arm", 0.5, 0.25, [0.1, 0.05], vec![point("A", 0.0, 0.0), point("B", 0.3, 0.1)]);
-    (arm.inertia_about, arm.angle) = ("A".to_owned(), 0.1);
-    let eye =
-        |name: &str, bearing: &str, journal: &str, contact, friction, sliding, floor| Joint::Clearance {
-            name: name.to_owned(),
-            bearing: bearing.to_owned(),
-            journal: journal.to_owned(),
-            journal_radius: 0.01,
-            clearance: 2e-5,
-            contact,
-            friction,
-            sliding,
-            film: None,
-            profile: Vec::new(),
-            impact_velocity_floor: floor,
-        };
-    let law = |exponent: f64, damping: Damping| NormalLaw { stiffness: 1e10, exponent, damping };
-    let damped = law(2.0, Damping::LankaraniNikravesh { restitution: 0.9 });
-    let expected = Scene {
-        ground: vec![point("A", 0.0, 0.0), point("G", 0.01, -0.02)],
-        bodies: vec![
-            arm,
-            body("rider", 0.1, 1e-4, [0.0, 0.0], Vec::new()),
-            body("plate", 2.0, 1.0, [0.0, 0.0], Vec::new()),
-        ],
-        joints: vec![
-            ideal("hinge", "ground.G", "arm.A", JointKind::Revolute),
-            ideal("rail", "arm.B", "rider", JointKind::Prismatic { axis: [1.0, 2.0], angle: 0.5 }),
-            ideal("weld", "rider", "plate", JointKind::Fixed { angle: -0.5 }),
-            eye(
-                "eye",
-                "ground",
-                "rider.center_of_mass",
-                damped,
-                Some(paper_friction()),
-                SlidingVelocity::ContactPoint,
-                Some(1e-6),
-            ),
-            eye(
-                "eye2",
-                "ground.A",
-                "arm.B",
-                law(1.5, Damping::Elastic),
-                None,
-                SlidingVelocity::Surface,
-                None,
-            ),
-        ],
-        forces: vec![Force::Gravity { acceleration: [0.0, -9.81] }],
-        drives: vec![Drive::Speed {
-            name: "motor".to_owned(),
-            joint: "hinge".to_owned(),
-            speed: 2000.0 * std::f64::consts::PI / 30.0,
-            angle: 0.0,
-        }],
-        start: Vec::new(),
-        couplings: Vec::new(),
-    };
-    assert_eq!(read_scene(GOOD).unwrap(), expected);
-    assert_eq!(expected.bodies[1].inertia_about, CENTER_OF_MASS);
-}
 
 #[test]
 fn gate_04_run_that_fails_says_when_and_at_which_joint_if_it_was_one() {

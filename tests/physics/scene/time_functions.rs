@@ -6,11 +6,11 @@ use chebclear::numerics::instant::{Instant, exact_product, exact_sum};
 use chebclear::numerics::turns::wrap;
 use chebclear::run::settings::Method;
 use chebclear::run::trajectory::{Settings, simulate};
-use chebclear::scene::parts::{Drive, Force, ForceFrame, JointKind, Scene};
+use chebclear::scene::parts::{Force, JointKind, Scene};
 use chebclear::scene::time_function::TimeFunction;
 use std::cell::RefCell;
 
-use crate::support::{Random, body, compile, derivative, ideal, point};
+use crate::support::{Random, body, compile, derivative, ideal};
 
 fn table(times: &[f64], values: &[f64]) -> TimeFunction {
     TimeFunction::Table(Curve::spline(times, values).expect("the points are good"))
@@ -54,59 +54,6 @@ fn derivatives_are_those_of_the_value() {
 }
 
 #[test]
-fn a_spline_reproduces_the_polynomials_it_can() {
-    let mut random = Random(2);
-    for count in 2..12 {
-        // A line through two points, a parabola through three, else every cubic.
-        let degree = 3.min(count - 1);
-        for _ in 0..20 {
-            let coefficients: Vec<f64> = (0..=degree).map(|_| random.within(-1.0, 1.0)).collect();
-            let truth = TimeFunction::Polynomial(coefficients);
-            let times = uneven(&mut random, -3.0, count);
-            let values: Vec<f64> = times.iter().map(|&t| truth.at(t)[0]).collect();
-            let spline = table(&times, &values);
-            // Its ends go on beyond the table.
-            for t in [times[0] - 0.1, times[0], 0.3 * times[0] + 0.7 * times[1], times[count - 1] + 0.1] {
-                let (is, ought) = (spline.at(t), truth.at(t));
-                for order in 0..4 {
-                    let error = (is[order] - ought[order]).abs();
-                    assert!(error < 1e-9, "{count} points, derivative {order}: off by {error:e}");
-                }
-            }
-        }
-    }
-}
-
-#[test]
-fn a_spline_meets_its_points_smoothly_and_has_no_knot_next_to_its_ends() {
-    let mut random = Random(3);
-    for count in 4..15 {
-        let times = uneven(&mut random, 0.0, count);
-        let values: Vec<f64> = times.iter().map(|_| random.within(-1.0, 1.0)).collect();
-        let spline = table(&times, &values);
-        for (k, (&t, &value)) in times.iter().zip(&values).enumerate() {
-            assert!((spline.at(t)[0] - value).abs() < 1e-13);
-            if k == 0 || k + 1 == count {
-                continue;
-            }
-            // Taylor's series of the piece before, at the knot.
-            let h = 0.5 * (t - times[k - 1]);
-            let [p, v, a, j] = spline.at(t - h);
-            let before = [p + h * (v + h * (a / 2.0 + h * j / 6.0)), v + h * (a + h * j / 2.0), a + h * j, j];
-            let after = spline.at(t);
-            let continuous = if k == 1 || k + 2 == count { 4 } else { 3 };
-            for order in 0..continuous {
-                let error = (before[order] - after[order]).abs();
-                assert!(error < 1e-10, "derivative {order} jumps by {error:e} at knot {k} of {count}");
-            }
-            if continuous == 3 {
-                assert!((before[3] - after[3]).abs() > 1e-6, "the third derivative jumps at knot {k}");
-            }
-        }
-    }
-}
-
-#[test]
 fn breaks_are_the_inner_knots_to_the_last_digit() {
     let times = [0.0, 0.1, 0.7, 1.0 / 3.0 + 1.0, 2.0];
     let function = table(&times, &[0.0, 1.0, 0.0, 2.0, 1.0]);
@@ -125,22 +72,6 @@ fn breaks_are_the_inner_knots_to_the_last_digit() {
     assert!(before != after);
     assert_eq!(third(0.7.into()), after);
     assert_eq!([third(0.7_f64.next_down().into()), third(Instant { time: 0.7, rest: -1e-20 })], [before; 2]);
-}
-
-#[test]
-fn points_as_close_as_the_times_can_tell_are_no_step_too_short() {
-    for gap in [4e-16, 4e-15, 1e-14, 1e-12, 1e-6] {
-        // A ramp, so that the close points are on the line that the others give.
-        let times =
-            [0.0, 1.0, 2.0, 2.0 * (1.0 + gap), 2.0 * (1.0 + 2.0 * gap), 2.0 * (1.0 + 3.5 * gap), 3.0, 4.0];
-        let mechanism = compile(&wheel(0.7, table(&times, &times)));
-        for method in [Method::Rodas5P, Method::Dop853, Method::Adams] {
-            let run = simulate(&mechanism, &Settings { method, ..Settings::new(4.0, 5) }, &|_| true).unwrap();
-            assert_eq!(run.status.word(), "done", "{gap:e}: {}", run.message());
-            let exact = 4.0_f64.powi(3) / 6.0 / 0.7;
-            assert!((run.end.q[0] - exact).abs() < 1e-6 * exact, "{gap:e}: {} {exact}", run.end.q[0]);
-        }
-    }
 }
 
 #[test]
@@ -213,50 +144,6 @@ fn steps_end_at_knots_so_polynomial_pieces_cost_no_accuracy() {
         }
         let error = (run.end.q[0] - exact[0]).abs().max((run.end.v[0] - exact[1]).abs());
         assert!(error < 1e-13, "{method:?}: off by {error:e} at rtol 1e-3");
-    }
-}
-
-#[test]
-fn a_motion_by_a_table_keeps_the_order_of_the_method() {
-    // A rod hangs on a wheel that the table turns: its jerk jumps at the knots.
-    let points = vec![point("A", 0.0, 0.0), point("B", 0.2, 0.0)];
-    let scene = Scene {
-        bodies: vec![
-            body("crank", 1.0, 0.1, [0.0, 0.0], points.clone()),
-            body("rod", 1.0, 0.02, [0.1, 0.0], points),
-        ],
-        joints: vec![
-            ideal("axle", "ground", "crank.A", JointKind::Revolute),
-            ideal("pin", "crank.B", "rod.A", JointKind::Revolute),
-        ],
-        forces: vec![Force::Applied {
-            name: "wind".into(),
-            point: "rod.B".into(),
-            x: TimeFunction::constant(1.0).into(),
-            y: table(&TIMES, &VALUES).into(),
-            frame: ForceFrame::Ground,
-        }],
-        drives: vec![Drive::Motion {
-            name: "drive".into(),
-            joint: "axle".into(),
-            motion: table(&TIMES, &VALUES),
-        }],
-        ..Scene::default()
-    };
-    let mechanism = compile(&scene);
-    let end = |method, rtol| {
-        let settings = Settings { rtol, method, ..Settings::new(1.0, 2) };
-        let run = simulate(&mechanism, &settings, &|_| true).unwrap();
-        (run.end.q[0], run.stats.steps)
-    };
-    let (exact, _) = end(Method::Rodas4, 1e-13);
-    for (method, order) in [(Method::Rodas4, 4.0), (Method::Rodas5P, 5.0), (Method::Dop853, 8.0)] {
-        let (coarse, fine) = (end(method, 1e-5), end(method, 1e-10));
-        let [e1, e2] = [coarse, fine].map(|(q, _)| (q - exact).abs().max(1e-14));
-        let gained = (e1 / e2).ln() / (fine.1 as f64 / coarse.1 as f64).ln();
-        assert!(e2 < 1e-8, "{method:?}: {e2:e}");
-        // Order 3 or less would be lost at the knots.
-        assert!(gained > order - 1.5, "{method:?}: order {gained:.1}, errors {e1:e} {e2:e}");
     }
 }
 

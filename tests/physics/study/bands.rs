@@ -3,10 +3,9 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use chebclear::study::band::extremes::{GrowingWindow, NEVER_LEFT_OUT, top_two};
 use chebclear::study::band::held_out::{Excess, HeldOut, Runs};
 use chebclear::study::band::regression::{Regression, basis, exponents, term_count};
-use chebclear::study::band::running::{Ends, Window, running_maximum, running_mean};
+use chebclear::study::band::running::Ends;
 use chebclear::study::band::{Method, OutputBand};
 use chebclear::study::points::{SplitMix64, random_points, sobol_points};
 
@@ -15,75 +14,6 @@ use crate::study::tables::{NONE, Table};
 /// A normal variable by the sum of twelve uniform ones: bounded, but close enough in the range of the tests.
 fn normal(random: &mut SplitMix64) -> f64 {
     (0..12).map(|_| random.uniform()).sum::<f64>() - 6.0
-}
-
-/// Value of the polyline through equally spaced values.
-fn polyline(values: &[f64], place: f64) -> f64 {
-    let at = (place.floor() as usize).min(values.len() - 2);
-    values[at] + (place - at as f64) * (values[at + 1] - values[at])
-}
-
-/// The values of the polyline over a window, densely and at all its corners.
-fn window_values(values: &[f64], at: usize, reach: f64) -> Vec<f64> {
-    let last = (values.len() - 1) as f64;
-    let (from, to) = ((at as f64 - reach).max(0.0), (at as f64 + reach).min(last));
-    let count = 20_000;
-    let mut found: Vec<f64> =
-        (0..=count).map(|k| polyline(values, from + (to - from) * k as f64 / count as f64)).collect();
-    let corners = (0..values.len()).filter(|&k| (from..=to).contains(&(k as f64)));
-    found.extend(corners.map(|k| values[k]));
-    found
-}
-
-#[test]
-fn running_extremes_and_means_are_those_of_the_polyline() {
-    let mut random = SplitMix64::new(3);
-    let values: Vec<f64> = (0..23).map(|_| random.uniform()).collect();
-    for reach in [0.0, 0.3, 1.0, 1.7, 4.0, 6.5, 30.0] {
-        let window = Window::new(reach);
-        let highest = running_maximum(&values, window);
-        let mean = running_mean(&values, window);
-        for at in 0..values.len() {
-            let inside = window_values(&values, at, reach);
-            // Windows that the end cuts short are not filled up to it by a part of a sample.
-            let cut = at as f64 + reach.ceil() > 22.0 || (at as f64) < reach.ceil();
-            let largest = inside.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            if !cut {
-                assert!((highest[at] - largest).abs() < 1e-12, "{reach} {at}");
-            }
-            assert!(highest[at] <= largest + 1e-12);
-            let expected =
-                if reach == 0.0 { values[at] } else { inside[..20_001].iter().sum::<f64>() / 20_001.0 };
-            assert!((mean[at] - expected).abs() < 1e-3, "{reach} {at}: {} {expected}", mean[at]);
-        }
-    }
-}
-
-#[test]
-fn leave_one_out_extremes_equal_those_without_the_run() {
-    let (rows, columns, scored) = (7, 40, 5);
-    let mut random = SplitMix64::new(8);
-    // Few values, so that runs tie.
-    let values: Vec<f64> = (0..rows * columns).map(|_| (9.0 * random.uniform()).floor()).collect();
-    let start = top_two(&values, columns, scored, 1);
-    let largest = |at: usize, half: usize, left_out: Option<usize>| {
-        let span = at.saturating_sub(half)..=(at + half).min(columns - 1);
-        let kept = (0..rows).filter(|&row| Some(row) != left_out);
-        kept.flat_map(|row| span.clone().map(move |t| (row, t)))
-            .map(|(row, t)| values[row * columns + t])
-            .fold(f64::NEG_INFINITY, f64::max)
-    };
-    let mut growing = GrowingWindow::new(start, Ends::Cut);
-    for half in [0, 1, 2, 3, 7, 8, 30, 60] {
-        let found = growing.grow(half).to_vec();
-        for (at, top) in found.iter().enumerate() {
-            assert_eq!(top.first, largest(at, half, None));
-            for run in 0..scored {
-                assert_eq!(top.without(run as u32), largest(at, half, Some(run)), "{half} {at} {run}");
-            }
-            assert_eq!(top.without(NEVER_LEFT_OUT), top.first.min(top.without(NEVER_LEFT_OUT)));
-        }
-    }
 }
 
 #[test]
@@ -255,60 +185,6 @@ fn one_band(points: &[f64], parameters: usize, values: &[f64], limits: [f64; 2])
 }
 
 #[test]
-fn a_polynomial_is_resolved_and_its_range_is_the_band() {
-    let points = sobol_points(2, 0, 41, Some(0));
-    let samples = 50;
-    let values: Vec<f64> = points
-        .chunks_exact(2)
-        .flat_map(|z| {
-            (0..samples).map(move |at| {
-                let phase = 0.1 * at as f64;
-                z[0] * z[0] * phase.cos() + z[0] * z[1] * phase.sin()
-            })
-        })
-        .collect();
-    let band = one_band(&points, 2, &values, NONE);
-    let polynomial = band.polynomial.expect("resolved");
-    assert_eq!(polynomial.degree, 2);
-    assert!(polynomial.error < 1e-12);
-    for at in 0..samples {
-        let phase = 0.1 * at as f64;
-        let value = |x: f64, y: f64| x * x * phase.cos() + x * y * phase.sin();
-        let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
-        for x in 0..=2000 {
-            for y in [-1.0, 1.0] {
-                let value = value(1e-3 * f64::from(x) - 1.0, y);
-                (lowest, highest) = (lowest.min(value), highest.max(value));
-            }
-        }
-        assert!((band.lower[at] - lowest).abs() < 1e-5 && (band.upper[at] - highest).abs() < 1e-5, "{at}");
-    }
-    assert_eq!(band.held_out.coverage, 1.0);
-}
-
-#[test]
-fn many_parameters_are_resolved_by_search() {
-    let points = sobol_points(8, 0, 120, Some(0));
-    let samples = 20;
-    // Monotone in each parameter, with products: the extremes are at corners.
-    let values: Vec<f64> = points
-        .chunks_exact(8)
-        .flat_map(|z| {
-            let sum: f64 = z.iter().enumerate().map(|(axis, z)| z * (1.0 + axis as f64)).sum();
-            let y = sum + 0.3 * z[0] * z[7];
-            (0..samples).map(move |at| y * (1.0 + 0.1 * at as f64))
-        })
-        .collect();
-    let band = one_band(&points, 8, &values, NONE);
-    assert_eq!(band.polynomial.expect("resolved").degree, 2);
-    for at in 0..samples {
-        let scale = 1.0 + 0.1 * at as f64;
-        assert!((band.upper[at] - 36.3 * scale).abs() < 1e-9, "{}", band.upper[at]);
-        assert!((band.lower[at] + 35.7 * scale).abs() < 1e-9, "{}", band.lower[at]);
-    }
-}
-
-#[test]
 fn the_error_at_a_kink_is_told_and_noise_is_not_resolved() {
     for count in [25, 41, 81, 161, 321] {
         let points = sobol_points(1, 0, count, Some(3));
@@ -324,74 +200,6 @@ fn the_error_at_a_kink_is_told_and_noise_is_not_resolved() {
         let noise: Vec<f64> = (0..2 * count).map(|_| random.uniform()).collect();
         assert!(one_band(&points, 1, &noise, NONE).polynomial.is_none());
     }
-}
-
-/// Runs of y(t) = a sin(2 π t) + b cos(6 π t) + noise that changes within a twentieth of the time; no
-/// parameter explains any of it.
-fn process(random: &mut SplitMix64, samples: usize) -> Vec<f64> {
-    let (a, b) = (1.0 + 0.2 * normal(random), 0.3 * normal(random));
-    let knots: Vec<f64> = (0..22).map(|_| 0.3 * normal(random)).collect();
-    (0..samples)
-        .map(|at| {
-            let t = at as f64 / (samples - 1) as f64;
-            let turn = 2.0 * std::f64::consts::PI * t;
-            a * turn.sin() + b * (3.0 * turn).cos() + polyline(&knots, 20.0 * t)
-        })
-        .collect()
-}
-
-#[test]
-fn fresh_runs_of_random_processes_keep_the_band() {
-    let samples = 201;
-    for (runs, least) in [(41, 0.9985), (81, 0.999)] {
-        let mut inside = 0;
-        let (repetitions, fresh) = (10, 200);
-        let mut promised = 0.0;
-        let mut whole = 0;
-        for repetition in 0..repetitions {
-            let mut random = SplitMix64::new(100 + repetition);
-            let values: Vec<f64> = (0..runs).flat_map(|_| process(&mut random, samples)).collect();
-            let points = random_points(2, 0, runs, repetition);
-            let band = one_band(&points, 2, &values, NONE);
-            assert!(band.polynomial.is_none());
-            promised += band.held_out.whole_run / repetitions as f64;
-            for _ in 0..fresh {
-                let run = process(&mut random, samples);
-                let kept =
-                    (0..samples).filter(|&at| (band.lower[at]..=band.upper[at]).contains(&run[at])).count();
-                inside += kept;
-                whole += usize::from(kept == samples);
-            }
-        }
-        let coverage = inside as f64 / (repetitions as usize * fresh * samples) as f64;
-        let whole = whole as f64 / (repetitions as usize * fresh) as f64;
-        assert!(coverage >= least, "{runs} runs: {coverage}");
-        assert!(whole >= promised - 0.02, "{runs} runs: {whole} of whole runs, promised {promised}");
-    }
-}
-
-#[test]
-fn bounds_hold_the_runs_and_respect_limits() {
-    let mut random = SplitMix64::new(9);
-    let (runs, samples) = (30, 101);
-    let points = sobol_points(2, 0, runs, Some(0));
-    // A force: zero most of the time.
-    let values: Vec<f64> = (0..runs * samples).map(|_| (10.0 * normal(&mut random) - 9.0).max(0.0)).collect();
-    let band = one_band(&points, 2, &values, [0.0, f64::INFINITY]);
-    for at in 0..samples {
-        assert_eq!(band.lower[at], 0.0);
-        assert!(values.iter().skip(at).step_by(samples).all(|&value| value <= band.upper[at]));
-    }
-    assert!(one_band(&points, 2, &values, NONE).lower.iter().all(|&lower| lower <= 0.0));
-}
-
-#[test]
-fn a_constant_output_is_its_own_band() {
-    let points = sobol_points(3, 0, 20, Some(0));
-    let band = one_band(&points, 3, &[2.5; 40], NONE);
-    assert!(band.lower.iter().chain(&band.upper).all(|bound| (bound - 2.5).abs() < 1e-14));
-    assert_eq!(band.polynomial.expect("resolved").error, 0.0);
-    assert_eq!(band.held_out.coverage, 1.0);
 }
 
 #[test]

@@ -31,12 +31,6 @@ fn assert_close(a: &[f64], b: &[f64], tolerance: f64) {
     assert!(difference <= tolerance, "largest difference {difference:e} > {tolerance:e}");
 }
 
-/// Coefficients of a function of one variable from degree + 1 nodes.
-fn fit_function(f: impl Fn(f64) -> f64, degree: usize) -> Vec<f64> {
-    let values: Vec<f64> = root_nodes(degree + 1).into_iter().map(f).collect();
-    fit(&values, 1, &[degree + 1], &[degree]).unwrap()
-}
-
 #[test]
 fn nodes_are_the_roots_in_decreasing_order() {
     let half = 0.5f64.sqrt();
@@ -65,16 +59,6 @@ fn nodes_are_exactly_antisymmetric() {
             assert_eq!(nodes[count / 2].to_bits(), 0.0f64.to_bits());
         }
     }
-}
-
-#[test]
-fn coefficients_of_powers() {
-    // Closed forms of [MasonHandscomb2003]: x³ = (3 T_1 + T_3)/4, x⁴ = (3 T_0 + 4 T_2 + T_4)/8.
-    assert_close(&fit_function(|_| 2.5, 3), &[2.5, 0.0, 0.0, 0.0], 100.0 * EPS);
-    assert_close(&fit_function(|x| x, 3), &[0.0, 1.0, 0.0, 0.0], 100.0 * EPS);
-    assert_close(&fit_function(|x| x.powi(3), 3), &[0.0, 0.75, 0.0, 0.25], 100.0 * EPS);
-    let fourth = [0.375, 0.0, 0.5, 0.0, 0.125, 0.0, 0.0];
-    assert_close(&fit_function(|x| x.powi(4), 6), &fourth, 100.0 * EPS);
 }
 
 #[test]
@@ -167,26 +151,6 @@ fn columns_are_independent_to_the_last_bit() {
 }
 
 #[test]
-fn analytic_function_of_three_parameters() {
-    // Entire, with arguments up to 1.1: the terms beyond degree 12 are near 2 I_13(1.1) = 1.4e-13.
-    let f = |x: &[f64]| {
-        (0.7 * x[0] - 0.4 * x[1]).exp() * (0.9 * x[2]).cos() + (1.1 * x[0] * x[2] + 0.3 * x[1]).sin()
-    };
-    let (nodes, degrees) = ([13; 3], [12; 3]);
-    let grid = root_grid(&nodes);
-    let values: Vec<f64> = grid.chunks(3).map(f).collect();
-    let coefficients = fit(&values, 1, &nodes, &degrees).unwrap();
-
-    let residual = largest_difference(&evaluate(&coefficients, 1, &degrees, &grid).unwrap(), &values);
-    assert!(residual < 1e-14, "interpolation residual {residual:e}");
-
-    let points = [Random(3).vector(3 * 2000), tensor(&vec![equispaced(5); 3])].concat();
-    let exact: Vec<f64> = points.chunks(3).map(f).collect();
-    let error = largest_difference(&evaluate(&coefficients, 1, &degrees, &points).unwrap(), &exact);
-    assert!(error < 1e-12, "error {error:e}");
-}
-
-#[test]
 fn more_nodes_than_terms_are_least_squares() {
     let (nodes, degree) = (9, 3);
     let points = root_nodes(nodes);
@@ -251,26 +215,6 @@ fn derivative_at_the_midpoint_in_closed_form() {
     let second = at(0, 1) - 3.0 * at(0, 3) - at(2, 1) + 3.0 * at(2, 3);
     assert!((slope(0) - first).abs() < 100.0 * EPS);
     assert!((slope(1) - second).abs() < 100.0 * EPS);
-}
-
-#[test]
-fn derivatives_of_an_analytic_function() {
-    let f = |x: &[f64]| (0.8 * x[0]).exp() * (1.3 * x[1]).sin() / (2.0 - 0.5 * x[2]);
-    let exact: [fn(&[f64]) -> f64; 3] = [
-        |x| 0.8 * (0.8 * x[0]).exp() * (1.3 * x[1]).sin() / (2.0 - 0.5 * x[2]),
-        |x| (0.8 * x[0]).exp() * 1.3 * (1.3 * x[1]).cos() / (2.0 - 0.5 * x[2]),
-        |x| (0.8 * x[0]).exp() * (1.3 * x[1]).sin() * 0.5 / (2.0 - 0.5 * x[2]).powi(2),
-    ];
-    let (nodes, degrees) = ([13, 15, 21], [12, 14, 20]);
-    let values: Vec<f64> = root_grid(&nodes).chunks(3).map(f).collect();
-    let coefficients = fit(&values, 1, &nodes, &degrees).unwrap();
-    let points: Vec<f64> = Random(6).vector(3 * 300);
-    // Amplification of rounding: at most degree², at the ends.
-    for axis in 0..3 {
-        let slopes = derivative(&coefficients, 1, &degrees, axis).unwrap();
-        let slopes = evaluate(&slopes, 1, &degrees, &points).unwrap();
-        assert_close(&slopes, &points.chunks(3).map(exact[axis]).collect::<Vec<_>>(), 1e-12);
-    }
 }
 
 #[test]
@@ -363,21 +307,6 @@ fn ideal_slider_crank_bounds_are_the_published_ones() {
     close(1e3 * width(&scan_lower[x.clone()], &scan_upper[x.clone()]), 34.42, 5e-3);
     close(width(&scan_lower[v.clone()], &scan_upper[v.clone()]), 3.191, 5e-4);
     close(width(&lower[v.clone()], &upper[v]), 3.3705, 5e-5);
-}
-
-#[test]
-fn ideal_slider_crank_sensitivity_is_physical() {
-    // dx/d rod = rod / sqrt(rod² - crank² sin²) > 0: the sign of Eq. (33) is plus.
-    const COLUMNS: usize = 1440;
-    let values = slider_crank_runs(&root_grid(&[8, 8]));
-    let coefficients = fit(&values, COLUMNS, &[8, 8], &[7, 7]).unwrap();
-    let slopes = derivative(&coefficients, COLUMNS, &[7, 7], 1).unwrap();
-    let slopes = evaluate(&slopes, COLUMNS, &[7, 7], &[0.0, 0.0]).unwrap();
-    for i in 0..720 {
-        let height = 0.05 * (i as f64 * TAU / 720.0).sin();
-        let exact = 0.12 / (0.12f64.powi(2) - height.powi(2)).sqrt();
-        assert!((slopes[i] / 0.012 - exact).abs() < 1e-7);
-    }
 }
 
 #[test]

@@ -268,21 +268,6 @@ fn columns_and_threads_do_not_meet() {
 }
 
 #[test]
-fn turned_upside_down_the_ends_change_places() {
-    let mut random = Random(6);
-    let (degrees, columns) = ([5, 2], 100);
-    let coefficients = random_coefficients(&mut random, &degrees, columns, 0.7);
-    let turned: Vec<f64> = coefficients.iter().map(|c| -c).collect();
-    let (ranges, turned) =
-        (ranges_of(&coefficients, columns, &degrees), ranges_of(&turned, columns, &degrees));
-    for column in 0..columns {
-        let width = ranges.upper[column] - ranges.lower[column];
-        assert!((turned.upper[column] + ranges.lower[column]).abs() <= 1.01e-6 * width);
-        assert!((turned.lower[column] + ranges.upper[column]).abs() <= 1.01e-6 * width);
-    }
-}
-
-#[test]
 fn what_cannot_be_certified_is_refused() {
     let message = |coefficients: &[f64], columns: usize, degrees: &[usize]| {
         polynomial_ranges(coefficients, columns, degrees, None).unwrap_err().to_string()

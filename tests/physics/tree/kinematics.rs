@@ -54,33 +54,6 @@ fn a_frame_on_ground_moves_as_on_a_frame_at_rest() {
 }
 
 #[test]
-fn a_slider_on_ground_has_the_motion_of_its_coordinate() {
-    let axis = Vec2::new(0.6, 0.8);
-    let [_, slider] = on_rest_and_on_ground(FrameKind::Prismatic { axis }, coordinate(-2.5, 4.0, 5.0), 5.0);
-    let tip = slider.point(Vec2::new(1.0, 0.0));
-    assert!((tip.position - Vec2::new(1.2 - 1.5, -0.1 - 2.0)).norm() < 1e-15);
-    assert_eq!(tip.velocity, 4.0 * axis);
-    assert!((tip.acceleration - GROUND_ACCELERATION - 5.0 * axis).norm() < 1e-14);
-    assert_eq!(slider.column(tip.position), axis);
-    assert_eq!(slider.rotation, 0.0);
-}
-
-#[test]
-fn a_crank_on_ground_moves_a_point_on_a_circle() {
-    let (angle, omega, alpha, radius) = (0.4_f64, 3.0, -7.0, 0.5);
-    let [_, crank] = on_rest_and_on_ground(FrameKind::Revolute, coordinate(angle, omega, alpha), alpha);
-    let tip = crank.point(Vec2::new(radius, 0.0));
-    let (sine, cosine) = angle.sin_cos();
-    let (along, across) = (Vec2::new(cosine, sine), Vec2::new(-sine, cosine));
-    let close = |found: Vec2, expected: Vec2| (found - expected).norm() < 1e-14;
-    assert!(close(tip.position, Vec2::new(0.2, -0.1) + radius * along));
-    assert!(close(tip.velocity, radius * omega * across));
-    let acceleration = radius * alpha * across - radius * omega * omega * along;
-    assert!(close(tip.acceleration - GROUND_ACCELERATION, acceleration));
-    assert!(close(crank.column(tip.position), radius * across));
-}
-
-#[test]
 fn a_crank_at_constant_speed_is_where_its_drive_says_in_any_order() {
     let mechanism = compile(&slider_crank(false));
     let (driven, start) = (&mechanism.driven[0], &mechanism.start);
