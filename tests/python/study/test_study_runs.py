@@ -60,7 +60,9 @@ def test_notices_of_one_kind_are_one_whatever_their_numbers():
     def told(joint, percent):
         return Notice("creep", f"{joint}: {percent} %", (joint,), {"share": 0.01 * percent})
 
-    runs = [[told("pin1", 10 + k), told("pin2", 20), told("3", 3), Notice("unsettled", "odd")] for k in range(3)]
+    runs = [
+        [told("pin1", 10 + k), told("pin2", 20), told("3", 3), Notice("unsettled", "odd")] for k in range(3)
+    ]
     runs[0].append(told("pin1", 99))
     counts = {"runs": 3.0, "of_runs": 4.0}
     assert gathered([*runs, []]) == [
