@@ -9,7 +9,6 @@ the float 2e-05, unlike 20 * 1e-6.
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 import re
 from collections.abc import Callable, Iterable
@@ -17,7 +16,7 @@ from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from .arguments import did_you_mean
+from .arguments import did_you_mean, suggested
 
 _KEY = "unit"
 
@@ -113,7 +112,6 @@ _QUANTITY = re.compile(rf"\s*({_NUMBER})\s+([^\s*+/()-].*?)\s*")
 _GLUED = re.compile(rf"\s*({_NUMBER})([^\s0-9.*+/()-].*?)\s*")
 _FACTOR = re.compile(r"([^\s*/^0-9.()]+)(?:\^?\(?(-?[0-9]+(?:\.[0-9]+)?)\)?)?")
 _RAISED = str.maketrans("\u00b2\u00b3\u2074\u00b7", "234*")
-_PREFIXES = ("T", "G", "M", "k", "h", "d", "c", "m", "u", "\u00b5", "\u03bc", "n", "p")
 MOST_CHARACTERS = 100
 
 
@@ -218,17 +216,10 @@ def _fitting(text: str, unit: str, wanted: list[Dimension]) -> str:
 
 
 def _near(text: str, known: Iterable[str]) -> str:
-    """Units to suggest for one with a slip; all of its dimension where its prefix is the slip."""
+    """The unit that a wrong one may be; both of mN and MN."""
     names = list(known)
     same = [one for one in names if one.lower() == text.lower()]
-    if len(same) > 1:  # mN and MN
-        return f"; did you mean {' or '.join(json.dumps(one, ensure_ascii=False) for one in same)}?"
-    tail = text[1:].replace(" ", "")
-    if not same and text[:1] in _PREFIXES and text[:1] != tail[:1]:
-        for base in (one for one in names if one.replace(" ", "") == tail):
-            alike = [one for one in names if _dimension_of(one) == _dimension_of(base)]
-            return f"; it may be given in {', '.join(alike[:4])}"
-    return did_you_mean(text, names)
+    return suggested(same) if len(same) > 1 else did_you_mean(text, names)
 
 
 def written(value: float, unit: str) -> str:

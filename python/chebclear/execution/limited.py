@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import ctypes
 import faulthandler
 import functools
@@ -44,14 +43,13 @@ class CallError(ChebclearError, RuntimeError):
 class LimitedCalls:
     """Calls functions, each for a limited time only [s], as long as they are `wanted`.
 
-    With one of both they are called on a thread of their own, which is abandoned when a call does not return:
+    With one of both each is called on a thread of its own, which is abandoned when the call does not return:
     a function that waits forever cannot be ended. One that computes in Python is ended.
     """
 
     def __init__(self, seconds: float | None, wanted: Callable[[], bool] | None = None) -> None:
         self._seconds = seconds
         self._wanted = wanted
-        self._worker: _Worker | None = None
 
     def __call__(self, function: Callable[..., Value], /, *arguments: Any, **keywords: Any) -> Value:
         """What the function returns or raises.
@@ -67,72 +65,41 @@ class LimitedCalls:
                 raise
             except BaseException as ended:
                 raise _ended(ended) from ended
-        if self._worker is None:
-            self._worker = _Worker()
-        worker = self._worker
-        worker.tasks.put(call)
+        answers: queue.SimpleQueue[Any] = queue.SimpleQueue()
+
+        def serve() -> None:
+            # What is raised when the call was abandoned goes to a queue that nobody reads any more.
+            try:
+                answers.put((call(), None))
+            except BaseException as error:
+                answers.put((None, error if isinstance(error, Exception) else _ended(error)))
+
+        thread = threading.Thread(target=serve, name="chebclear-call", daemon=True)
+        with threads_started():
+            thread.start()
         try:
-            value, error = self._result(worker)
+            value, error = self._answer(answers)
         except BaseException:
-            worker.abandon()
-            self._worker = None
+            # It ends as soon as it is in Python again.
+            identifier = ctypes.c_ulong(thread.ident or 0)
+            ctypes.pythonapi.PyThreadState_SetAsyncExc(identifier, ctypes.py_object(SystemExit))
             raise
         if error is not None:
             raise error
         return value  # type: ignore[no-any-return]
 
-    def _result(self, worker: _Worker) -> tuple[Any, Exception | None]:
+    def _answer(self, answers: queue.SimpleQueue[Any]) -> tuple[Any, Exception | None]:
         """What came of a call."""
         deadline = math.inf if self._seconds is None else time.monotonic() + self._seconds
         while True:
             left = deadline - time.monotonic()
             try:
-                return worker.results.get(timeout=min(max(left, 0.0), _WAKE))
+                return answers.get(timeout=min(max(left, 0.0), _WAKE))
             except queue.Empty:
                 if self._wanted is not None and not self._wanted():
                     raise CancelledError("the study was interrupted") from None
                 if left <= _WAKE:
                     raise TimeLimitError(f"the run was given up after {self._seconds:g} s") from None
-
-    def close(self) -> None:
-        """End the thread."""
-        if self._worker is not None:
-            self._worker.tasks.put(None)
-            self._worker = None
-
-
-class _Worker:
-    """A thread that calls one function after the other."""
-
-    def __init__(self) -> None:
-        self.tasks: queue.SimpleQueue[Callable[[], Any] | None] = queue.SimpleQueue()
-        self.results: queue.SimpleQueue[tuple[Any, Exception | None]] = queue.SimpleQueue()
-        self._thread = threading.Thread(target=self._serve, name="chebclear-call", daemon=True)
-        self._abandoned = False
-        with threads_started():
-            self._thread.start()
-
-    def _serve(self) -> None:
-        # A call ends in one of three ways: with a result, with an exception of any kind, or abandoned. The
-        # first two are answered, since somebody waits.
-        with contextlib.suppress(SystemExit):
-            while (task := self.tasks.get()) is not None:
-                try:
-                    self.results.put((task(), None))
-                except BaseException as error:
-                    if self._abandoned:
-                        return
-                    self.results.put((None, error if isinstance(error, Exception) else _ended(error)))
-
-    def abandon(self) -> None:
-        """End what it computes as soon as it is in Python again."""
-        self._abandoned = True
-        self.tasks.put(None)
-        identifier = self._thread.ident
-        if identifier is not None:
-            ctypes.pythonapi.PyThreadState_SetAsyncExc(
-                ctypes.c_ulong(identifier), ctypes.py_object(SystemExit)
-            )
 
 
 def _ended(error: BaseException) -> CallError:
@@ -196,20 +163,17 @@ def call_order(order: Calls, stop: str | None) -> Answers:
     errors: list[Exception | None] = []
     wanted = None if stop is None else still_wanted(stop)
     limited = LimitedCalls(order.run_seconds, wanted)
-    try:
-        for parameters in order.parameters:
-            value, error = None, None
-            try:
-                with ended_by_force(order.run_seconds):
-                    value = limited(order.call, parameters)
-            except Exception as raised:
-                if isinstance(raised, CancelledError) and wanted is not None and not wanted():
-                    raise
-                error = raised if stop is None else _portable(raised)
-            values.append(value)
-            errors.append(error)
-    finally:
-        limited.close()
+    for parameters in order.parameters:
+        value, error = None, None
+        try:
+            with ended_by_force(order.run_seconds):
+                value = limited(order.call, parameters)
+        except Exception as raised:
+            if isinstance(raised, CancelledError) and wanted is not None and not wanted():
+                raise
+            error = raised if stop is None else _portable(raised)
+        values.append(value)
+        errors.append(error)
     return Answers(tuple(values), tuple(errors), time.perf_counter() - begin)
 
 

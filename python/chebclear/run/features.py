@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from ..base.arguments import Checks, did_you_mean
+from ..base.arguments import Checks, meant_or_known
 from ..base.units import unit
 from ..scene.columns import column_unit
 
@@ -15,33 +15,6 @@ KINDS = ("peak", "lowest", "peak_to_peak", "time_of_peak", "time_of_lowest", "me
 """The words for all features."""
 EXTREMA = ("peak", "time_of_peak", "lowest", "time_of_lowest")
 """Kinds of features that an `Extremum` needs."""
-
-# Words that other programs have for them.
-_OTHER_WORDS = {
-    "peak": ("max", "maximum", "highest", "largest", "upper"),
-    "lowest": ("min", "minimum", "smallest", "lower", "valley"),
-    "peak_to_peak": ("range", "span", "ptp", "stroke", "swing", "amplitude", "pk2pk", "travel"),
-    "time_of_peak": ("argmax", "time_of_max", "time_of_maximum"),
-    "time_of_lowest": ("argmin", "time_of_min", "time_of_minimum"),
-    "mean": ("average", "avg", "median", "integral"),
-    "rms": ("std", "root_mean_square", "effective"),
-    "impacts": ("hits", "count", "collisions", "contacts"),
-    "loss": ("energy_loss", "dissipation", "dissipated"),
-}
-
-
-def meant_kind(word: object) -> str:
-    """``'; did you mean "..."?'`` with the kind of feature that a word may stand for, or the known ones.
-
-    >>> meant_kind("range"), meant_kind("Peak")
-    ('; did you mean "peak_to_peak"?', '; did you mean "peak"?')
-    """
-    same = {other: kind for kind, others in _OTHER_WORDS.items() for other in others}
-    asked = str(word).lower()
-    if asked in same:
-        return f'; did you mean "{same[asked]}"?'
-    return did_you_mean(asked, KINDS) or f"; known are {', '.join(KINDS)}"
-
 
 # Units of the features that are not in the unit of an output.
 _UNITS = {
@@ -76,7 +49,8 @@ class Feature:
         checks = Checks()
         wrong = not isinstance(self.kind, str)
         if wrong or self.kind not in KINDS:
-            checks.add("kind", f"is no feature: {self.kind!r}{meant_kind(self.kind)}", wrong_type=wrong)
+            hint = meant_or_known(self.kind, KINDS)
+            checks.add("kind", f"is no feature: {self.kind!r}{hint}", wrong_type=wrong)
         what = "a clearance joint" if not wrong and self.kind in JOINT_KINDS else "an output"
         if not isinstance(self.of, str):
             checks.add("of", f"must be the name of {what}, got {self.of!r}", wrong_type=True)

@@ -36,26 +36,6 @@ _EITHER = "float | "
 # Types of numbers that are neither looked at as arrays nor asked whether they are booleans.
 _PLAIN = frozenset({float, int})
 
-# Words and signs of other programs and textbooks for fields, the first of which a record has is suggested.
-_OTHER_WORDS: dict[str, tuple[str, ...]] = {
-    **dict.fromkeys(("com", "cog", "cg", "cm", "centroid", "center_of_gravity"), ("center_of_mass",)),
-    **dict.fromkeys(("j", "i", "izz", "moment_of_inertia"), ("inertia",)),
-    **dict.fromkeys(("theta", "phi", "rotation"), ("angle",)),
-    **dict.fromkeys(("omega", "velocity"), ("angular_velocity", "speed")),
-    **dict.fromkeys(("rest_length", "free_length", "natural_length"), ("length",)),
-    "m": ("mass",),
-    "k": ("stiffness",),
-    "c": ("damping", "clearance"),
-    "d": ("damping",),
-    "radius": ("journal_radius",),
-    "g": ("acceleration",),
-    "direction": ("axis",),
-    "play": ("clearance",),
-    "gap": ("clearance",),
-    "e": ("restitution",),
-    "mu": ("coefficient", "sliding_coefficient"),
-}
-
 _NOT_FINITE = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
 
 
@@ -329,16 +309,8 @@ def read(plain: Any, accepted: tuple[type[Part], ...], path: str, problems: list
         elif item.default is dataclasses.MISSING and item.default_factory is dataclasses.MISSING:
             problems.append(Problem(where, f"is missing{_meaning(part, item.name)}"))
     names = [item.name for item in _fields(part)]
-    problems += [UnknownKey(join(path, name), f"unknown field{_field_meant(name, names)}") for name in left]
+    problems += [UnknownKey(join(path, name), f"unknown field{meant_or_known(name, names)}") for name in left]
     return part(**values) if len(problems) == before else None
-
-
-def _field_meant(name: str, names: list[str]) -> str:
-    """A field to suggest for an unknown one, or those that there are."""
-    known = [field for field in _OTHER_WORDS.get(name.lower(), ()) if field in names]
-    if known and not did_you_mean(name, names):
-        return f'; did you mean "{known[0]}"?'
-    return meant_or_known(name, names)
 
 
 def _meaning(part: type[Part], name: str) -> str:

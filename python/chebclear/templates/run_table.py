@@ -9,7 +9,7 @@ from typing import Any
 from ..base.arguments import Checks, meant_or_known
 from ..base.units import is_quantity, units
 from ..errors import ArgumentError, ArgumentTypeError, SceneError, is_plain
-from ..run.features import JOINT_KINDS, KINDS, Feature, meant_kind
+from ..run.features import JOINT_KINDS, KINDS, Feature
 from ..run.settings import RunOptions, Settings, require_features
 from ..scene.columns import column_unit
 from ..scene.parts import Inspection
@@ -71,7 +71,7 @@ def read_features(given: Any, values: Values) -> dict[str, Feature]:
         if found is None:
             values.note(("features", name), f"must be a text such as {_EXAMPLE}, got {text!r}")
         elif found[1] not in KINDS:
-            values.note(("features", name), f'unknown feature "{found[1]}"{meant_kind(found[1])}')
+            values.note(("features", name), f'unknown feature "{found[1]}"{meant_or_known(found[1], KINDS)}')
         elif not found[2].strip():
             what = "a clearance joint" if found[1] in JOINT_KINDS else "an output"
             values.note(("features", name), f"misses the name of {what} in its parentheses")

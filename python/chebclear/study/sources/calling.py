@@ -96,7 +96,6 @@ class Calling(Source):
             self.read_kept(report)
             self._require_success()
         finally:
-            self._limited.close()
 
     def table(self, points: Array) -> RunTable:
         """The runs that succeeded, at these points."""

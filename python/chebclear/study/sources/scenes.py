@@ -160,7 +160,6 @@ class SceneRuns:
         except RefusedRunError as error:
             raise SceneError(located(self.parameters(error.number), error.end.problems)) from None
         finally:
-            self._limited.close()
             if store is not None:
                 store.close()
         return self._sorted(batch, [] if store is None else store.remarks)
