@@ -150,7 +150,7 @@ class ShareDifference(Shown):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Contrast(WithNotices, html.Reported, Named["Difference | ShareDifference"]):
+class Contrast(WithNotices, html.Tabled, html.Reported, Named["Difference | ShareDifference"]):
     """Two designs compared in pairs; see `contrast`.
 
     Attributes
@@ -237,9 +237,6 @@ class Contrast(WithNotices, html.Reported, Named["Difference | ShareDifference"]
     def __str__(self) -> str:
         lines = [str(one) for one in (*self.requirements.values(), *self.features.values())]
         return "\n".join([*lines, *(f"differs: {change}" for change in self.changes)])
-
-    def _repr_html_(self) -> str:
-        return html.fragment(repr(self)[1:-1], [self.table])
 
 
 def contrast(

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks
 from ..base.prefixes import format_quantity
 from ..base.rows import Array
-from ..base.shown import Shown
 from ..base.units import unit
 from ..errors import ArgumentError, ArgumentTypeError, warn
 from ..report import html
@@ -34,7 +33,7 @@ _NEUTRAL = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Modes(Shown):
+class Modes(html.Tabled):
     """Small free motions about a state; see `modes`.
 
     Attributes
@@ -99,9 +98,6 @@ class Modes(Shown):
         if growing:
             lines.append(f"  unstable: {growing} motion{'s' if growing > 1 else ''} without oscillation grow")
         return "\n".join(lines)
-
-    def _repr_html_(self) -> str:
-        return html.fragment(repr(self)[1:-1], [self.table])
 
     def plot(self, mode: int = 1, *, ax: Axes | None = None, size: float = 0.1) -> Axes:
         """Draw the mechanism and its two extreme positions in a mode, counted from 1.

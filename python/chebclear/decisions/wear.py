@@ -12,7 +12,6 @@ import numpy as np
 from ..base.arguments import Checks, meant_or_known
 from ..base.named import ReadOnlyDict
 from ..base.rows import Array
-from ..base.shown import Shown
 from ..base.units import unit
 from ..errors import ArgumentTypeError
 from ..report import html
@@ -102,7 +101,7 @@ class Archard:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class WearLife(Shown):
+class WearLife(html.Tabled):
     """How bearings wear over the cycles of a mechanism; see `wear_life`.
 
     Attributes
@@ -162,9 +161,6 @@ class WearLife(Shown):
             f"{_ENDS[self.end]} after {cycles:.4g} cycles, {self.depth[-1]:.3g} m deep, "
             f"{len(self.cycles)} runs"
         )
-
-    def _repr_html_(self) -> str:
-        return html.fragment(repr(self)[1:-1], [self.table])
 
     def plot(self, joint: str | None = None, *, ax: Axes | None = None, unit: str | None = None) -> Axes:
         """Draw the largest depth over the cycles, or the profiles of one bearing; see `plot_wear`."""

@@ -88,8 +88,8 @@ class LimitedCalls:
             raise error
         return value  # type: ignore[no-any-return]
 
-    def _answer(self, answers: queue.SimpleQueue[Any]) -> tuple[Any, Exception | None]:
-        """What came of a call."""
+    def _answer(self, answers: queue.SimpleQueue[Any]) -> Any:
+        """Value and error of a call."""
         deadline = math.inf if self._seconds is None else time.monotonic() + self._seconds
         while True:
             left = deadline - time.monotonic()

@@ -13,9 +13,10 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..base.shown import Shown
 from ..base.writing import file_names, replaced, with_default_suffix
 from ..errors import ArgumentError
-from .document import Block, Document, Listing, Moving, Picture, Section, Verdict
+from .document import Block, Document, Listing, Moving, Picture, Section, Table, Verdict
 from .film import Film, player, player_style
 from .markup import element, templates_of
 from .pictures import embedded
@@ -41,6 +42,18 @@ class ReportFile(_Path):
 
     def _repr_html_(self) -> str:
         return framed(self.read_text(encoding="utf-8"), self.name)
+
+
+class Tabled(Shown, ABC):
+    """Base of results with a table, which notebooks show below the `repr`."""
+
+    @property
+    @abstractmethod
+    def table(self) -> Table:
+        """The rows that a report and notebooks show."""
+
+    def _repr_html_(self) -> str:
+        return fragment(repr(self)[1:-1], [self.table])
 
 
 class Reported(ABC):

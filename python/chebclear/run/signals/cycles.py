@@ -9,7 +9,6 @@ import numpy as np
 
 from ...base.prefixes import format_quantity
 from ...base.rows import Array
-from ...base.shown import Shown
 from ...data.needed import needed
 from ...errors import ArgumentError, warn
 from ...report import html
@@ -24,7 +23,7 @@ _MOST_ROWS = 10
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Cycles(Shown):
+class Cycles(html.Tabled):
     """Load cycles of an output, the largest first; see `Trajectory.cycles`.
 
     Attributes
@@ -62,9 +61,6 @@ class Cycles(Shown):
     def __str__(self) -> str:
         largest = format_quantity(float(self.ranges[0]), self.unit) if len(self.ranges) else "none"
         return f"{self.counts.sum():g} cycles, largest range {largest}"
-
-    def _repr_html_(self) -> str:
-        return html.fragment(repr(self)[1:-1], [self.table])
 
     def plot(self, *, ax: Axes | None = None, unit: str | None = None) -> Axes:
         """Draw the ranges over the number of cycles that reach them; see `plot_cycles`."""

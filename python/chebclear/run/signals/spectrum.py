@@ -10,7 +10,6 @@ import numpy as np
 
 from ...base.prefixes import format_quantity
 from ...base.rows import Array
-from ...base.shown import Shown
 from ...errors import ArgumentError, warn
 from ...report import html
 from ...report.document import Table
@@ -29,7 +28,7 @@ _MOST_PEAKS = 8
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Spectrum(Shown):
+class Spectrum(html.Tabled):
     """Averaged spectrum of an output; see `Trajectory.spectrum`.
 
     Attributes
@@ -80,9 +79,6 @@ class Spectrum(Shown):
     def __str__(self) -> str:
         word = "order " if self.angle else ""
         return "\n".join([repr(self)[1:-1], *(f"  {word}{row[0]}: {row[1]}" for row in self.table.rows)])
-
-    def _repr_html_(self) -> str:
-        return html.fragment(repr(self)[1:-1], [self.table])
 
     def plot(self, *, ax: Axes | None = None, unit: str | None = None) -> Axes:
         """Draw the amplitude over the frequency or the order; see `plot_spectrum`."""
