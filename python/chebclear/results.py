@@ -17,8 +17,7 @@ from .execution.plan import Plan as Plan
 from .notices import Notice as Notice
 from .run.accuracy import ErrorEstimate as ErrorEstimate
 from .run.contacts import Contact as Contact, Contacts as Contacts, Event as Event, Events as Events
-from .run.signals.cycles import Cycles as Cycles
-from .run.signals.spectrum import Spectrum as Spectrum
+from .run.signals import Cycles as Cycles, Spectrum as Spectrum
 from .run.trajectory import EndState as EndState, Stats as Stats
 from .scene.distributions import (
     Lognormal as Lognormal,

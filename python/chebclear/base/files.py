@@ -424,4 +424,6 @@ class Saved(ArrayRecord):
                 # Of a file wrong types and names are damage; what else the package says of it stands.
                 if isinstance(error, ChebclearError) and isinstance(error, ValueError):
                     raise
-                raise ArgumentError(f"{os.fspath(path)} is no sound {cls.kind_of_file}: {error}") from error
+                raise ArgumentError(
+                    f"{os.fspath(path)} is damaged: it is no sound {cls.kind_of_file}: {error}"
+                ) from error

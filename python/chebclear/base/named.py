@@ -22,8 +22,6 @@ def is_pattern(name: object) -> bool:
 def matching(names: Iterable[str], pattern: str) -> list[str]:
     """Names that match a pattern; ``fnmatch.filter`` would ignore case on Windows.
 
-    Examples
-    --------
     >>> matching(["slider.x", "slider.vx", "rod.x"], "slider.*")
     ['slider.x', 'slider.vx']
     """

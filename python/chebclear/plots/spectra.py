@@ -16,8 +16,7 @@ from .labels import add_color_bar, set_labels, with_unit
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..run.signals.cycles import Cycles
-    from ..run.signals.spectrum import Spectrum
+    from ..run.signals import Cycles, Spectrum
     from ..run.trajectory import Trajectory
 
 Array = NDArray[np.float64]

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from ..base.arguments import Checks, meant_or_known
 from ..base.units import unit
 from ..scene.columns import column_unit
+from ..scene.parts import has_contacts
+from ..scene.scene import Scene
 
 JOINT_KINDS = ("impacts", "contact_share", "impulse", "wear", "loss")
 """Features of a clearance joint; all others are of an output."""
@@ -177,6 +180,20 @@ def loss(joint: str) -> Feature:
     'J'
     """
     return Feature("loss", joint)
+
+
+def settling_time(scene: Scene) -> float:
+    """Assumed length of the starting transient of a mechanism with clearance [s]: the slowest revolution.
+
+    A little less than that, so that rounding puts nothing of the second revolution before it. Minus
+    infinity without clearance or a drive at constant speed.
+    """
+    if not has_contacts(scene.joints) and all(one.backlash is None for one in scene.couplings):
+        return -math.inf
+    try:
+        return (1.0 - 1e-9) * scene.period
+    except ValueError:  # nothing revolves
+        return -math.inf
 
 
 @dataclass(frozen=True)

@@ -32,13 +32,9 @@ MOST_PICTURES = 6
 _FEW = 2
 
 
-def run_document(run: Trajectory, outputs: Sequence[str] | None, title: str | None) -> Document:
+def run_document(run: Trajectory, title: str | None) -> Document:
     """The report of one run; see `Trajectory.report`."""
-    shown = (
-        list(outputs)
-        if outputs is not None
-        else outputs_to_show(run.scene, run.columns, run.settings.outputs or ())
-    )
+    shown = outputs_to_show(run.scene, run.columns, run.settings.outputs or ())
     extremes = [_extremes(run, name) for name in shown]
     pictures = [
         Picture(

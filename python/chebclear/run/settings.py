@@ -153,22 +153,10 @@ class Settings(Shown):
         found: Mapping[str, object] | None = None,
         outputs_needed: bool = True,
     ) -> Settings:
-        """Settings from a `Settings` and from keywords, which take precedence.
+        """Settings from the argument ``settings=`` and from keywords, which take precedence.
 
-        Parameters
-        ----------
-        checks : Checks
-            Problems so far; raised here together with those of the settings.
-        settings : Settings or None
-            The argument ``settings=``.
-        options : mapping of str to object
-            Fields by name; None for `outputs` and `features` means not given.
-        accepted : iterable of str, optional
-            Names of the keywords; those of `RunOptions`, `outputs` and `features` if not given.
-        found : mapping of str to object, optional
-            Fields that the function determines itself.
-        outputs_needed : bool
-            Whether there must be an output.
+        `accepted` are the names of keywords, and `found` the fields that the function determines itself; None
+        for `outputs` and `features` means not given. Problems are raised together with those of `checks`.
         """
         known = {item.name: item.default for item in dataclasses.fields(cls)}
         values = {name: value for name, value in known.items() if value is not dataclasses.MISSING}
@@ -208,17 +196,7 @@ class Settings(Shown):
     def fitted(self, facts: Inspection) -> Settings:
         """The settings with patterns such as ``"energy.*"`` replaced by the columns of a scene.
 
-        Parameters
-        ----------
-        facts : Inspection
-            Result of `Scene.check`.
-
-        Raises
-        ------
-        ValueError
-            If an output or a feature names no column or clearance joint of the scene.
-        MemoryLimitError
-            If the samples would fill the memory.
+        An ArgumentError if it has no such output or feature, a MemoryLimitError if the samples do not fit.
         """
         require_features(facts, self.features)
         if self.outputs is None:

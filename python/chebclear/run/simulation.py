@@ -18,9 +18,8 @@ from ..scene.scene import Scene, compiled
 from .accuracy import ErrorEstimate, chaos_horizon, output_ranges, past_horizon
 from .contacts import Contacts, Events
 from .continuation import continuation
-from .features import Feature
+from .features import Feature, settling_time
 from .settings import LEAST_RTOL, RunOptions, Settings, revolution_of, with_settings
-from .tracking import settling_time
 from .trajectory import EndState, Stats, Trajectory
 
 # The tolerances of the companion runs of an error estimate are those of the run divided by these. The second

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
@@ -16,22 +14,22 @@ from numpy.typing import DTypeLike, NDArray
 
 from ..base import files as records
 from ..base.arguments import Checks
-from ..base.named import Named
 from ..base.rows import Array
 from ..base.shown import Shown
 from ..base.units import unit, units
 from ..data.dataset import Dataset, Variable, records as table_variables
 from ..data.exports import Exports
 from ..notices import Notice, WithNotices
+from ..report import html
+from ..report.document import Document
 from ..scene.columns import column_unit
 from ..scene.scene import Scene, compiled
 from .accuracy import ErrorEstimate
 from .contacts import Contacts, Events
-from .features import EXTREMA, Extremum, Feature
+from .features import EXTREMA, Extremum, Feature, settling_time
 from .names import column_index
 from .settings import Settings, checked_settings, common_facts, require_features
-from .signals.signals import WithSignals
-from .tracking import settling_time
+from .signals import WithSignals
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -126,7 +124,7 @@ class EndState:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(WithNotices, WithSignals, records.Saved, Exports, Named[Array], kind="trajectory"):
+class Trajectory(WithNotices, WithSignals, html.Reported, records.Saved, Exports, kind="trajectory"):
     """The result of one simulation: ``run["slider.x"]`` is a column, ``run["slider.*"]`` a dict of columns.
 
     A mapping from the names of the columns to views of shape (samples,): ``in``, ``len``, ``keys()``,
@@ -208,7 +206,6 @@ class Trajectory(WithNotices, WithSignals, records.Saved, Exports, Named[Array],
 
     def _repr_html_(self) -> str:
         # Here and below: what reports and drawings import is a tenth of the time of an import.
-        from ..report import html
         from .report import notebook_blocks
 
         return html.fragment(repr(self)[1:-1], notebook_blocks(self))
@@ -358,38 +355,10 @@ class Trajectory(WithNotices, WithSignals, records.Saved, Exports, Named[Array],
 
         return animate(self, output, **options)
 
-    def report(
-        self, path: str | os.PathLike[str], *, outputs: Sequence[str] | None = None, title: str | None = None
-    ) -> Path:
-        """Write a report of the run: one HTML file that needs no network.
-
-        Parameters
-        ----------
-        path : path
-            The file; ``.html`` is appended if there is no suffix. An existing file is replaced.
-        outputs : sequence of str, optional
-            Names of the columns to show. By default all if there are at most six, otherwise the forces in the
-            joints with clearance, the drives and the last body.
-        title : str, optional
-            The heading.
-
-        Returns
-        -------
-        Path
-            The file written.
-
-        Raises
-        ------
-        KeyError
-            If an output is no column of the run.
-        """
-        if outputs is not None:
-            for name in outputs:
-                column_index(self.columns, name, self.scene)
-        from ..report import html
+    def _document(self, title: str | None) -> Document:
         from .report import run_document
 
-        return html.write(run_document(self, outputs, title), path)
+        return run_document(self, title)
 
     def _check_shapes(self) -> None:
         records.sound(self, samples=(len(self.t), len(self.columns)))

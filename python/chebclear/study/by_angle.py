@@ -12,10 +12,10 @@ from ..base.arguments import Checks, did_you_mean
 from ..errors import ArgumentError
 from ..notices import HORIZON, Notice
 from ..run.accuracy import BY_ANGLE
+from ..run.features import settling_time
+from ..run.resampling import interpolated, refined
 from ..run.settings import LEAST_RTOL, MOST_SAMPLES, Settings
-from ..run.signals.resampling import interpolated, refined
 from ..run.simulation import run_scene
-from ..run.tracking import settling_time
 from ..scene.columns import physical_limits
 from ..scene.motions import Speed
 from ..scene.parts import Revolute

@@ -19,8 +19,8 @@ from ..execution.failures import AllFailedError, count_failed
 from ..execution.pieces import NOT_BEGUN
 from ..notices import Notice, issue
 from ..run.features import lowest, peak
+from ..run.resampling import at_angle
 from ..run.settings import Settings
-from ..run.signals.resampling import at_angle
 from ..scene.columns import column_unit
 from ..scene.distributions import Uniform
 from . import answers

@@ -23,8 +23,8 @@ from ..notices import Notice, WithNotices, issue
 from ..report import html
 from ..report.document import Table
 from ..run.features import Feature
+from ..run.resampling import refined
 from ..run.settings import Settings
-from ..run.signals.resampling import refined
 from ..run.simulation import run_scene
 from ..run.trajectory import Trajectory
 from ..scene.scene import Interval, Scene

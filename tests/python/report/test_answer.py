@@ -80,9 +80,9 @@ def test_a_run_of_many_outputs_shows_the_usual_ones():
     assert outputs_to_show(scene, columns)[:4] == ["slider.x", "slider.vx", "slider.ax", "wrist.normal_force"]
     assert outputs_to_show(scene, columns[:3]) == list(columns[:3])
     run = cc.simulate(scene, duration=1e-3, samples=5, outputs=["slider.x"])
-    assert run_document(run, None, None).title == "How does slider.x move?"
+    assert run_document(run, None).title == "How does slider.x move?"
     run = cc.simulate(scene, duration=1e-3, samples=5, outputs=["slider.x", "slider.vx"])
-    assert run_document(run, None, None).title == "How do slider.x and slider.vx move?"
+    assert run_document(run, None).title == "How do slider.x and slider.vx move?"
 
 
 def test_rows_that_read_the_same_are_judged_the_same():

@@ -122,10 +122,10 @@ def test_a_model_without_a_mechanism_has_charts_alone_and_a_run_without_position
     film = study_film(own)
     assert not film.panels and film.charts[0].lower.tolist() == [1.0, 2.0, 1.0]
     run = cc.simulate(cc.mechanisms.slider_crank(), duration=0.003, samples=31, outputs=["slider.x"])
-    kinds = [type(one).__name__ for one in run_document(run, None, None).first]
+    kinds = [type(one).__name__ for one in run_document(run, None).first]
     assert kinds == ["Picture", "Moving", "Table"]
     whole = cc.simulate(run.scene, duration=0.003, samples=31)
-    first, _ = run_document(whole, None, None).first
+    first, _ = run_document(whole, None).first
     np.testing.assert_allclose(
         shift(first.film(), "slider"), whole["slider.x"] - whole["slider.x"][0], atol=1e-12
     )

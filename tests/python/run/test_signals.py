@@ -7,8 +7,7 @@ import sys
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear.run.signals.cycles import cycles_of
-from chebclear.run.signals.spectrum import averaged_power, spectrum_of
+from chebclear.run.signals import averaged_power, cycles_of, spectrum_of
 
 ASTM = np.array([-2.0, 1.0, -3.0, 5.0, -1.0, 3.0, -4.0, 4.0, -2.0])
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ...notices import Notice
-from ...run.tracking import settling_time
+from ...run.features import settling_time
 from ...scene.scene import Scene
 from ..polynomials.holes import HoleFit
 from ..polynomials.points import on_cube, unfilled

@@ -13,12 +13,11 @@ from ...base.arguments import Checks, as_number, meant_or_known
 from ...base.rows import Array
 from ...errors import ArgumentError, ArgumentTypeError
 from ...notices import Notice
-from ...run.features import Feature
+from ...run.features import Feature, settling_time
 from ...run.names import column_index
 from ...run.settings import Settings
-from ...run.signals.signals import WithSignals
+from ...run.signals import WithSignals
 from ...run.simulation import run_scene
-from ...run.tracking import settling_time
 from ...run.trajectory import Stats, Trajectory
 from ...scene.scene import Scene
 

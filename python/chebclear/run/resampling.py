@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ...base.rows import Array
+from ..base.rows import Array
 
 
 def at_angle(t: Array, angle: Array, values: Array, wanted: float) -> Array:
