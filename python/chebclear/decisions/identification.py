@@ -114,8 +114,8 @@ class Identification(Shown):
     def ranges(self) -> dict[str, tuple[float, float]]:
         """How far the region reaches in each parameter [SI units]; NaN if it is empty."""
         ends = self.points if self.share else np.full((1, len(self.intervals)), math.nan)
-        pairs = np.column_stack([ends.min(axis=0), ends.max(axis=0)]).tolist()
-        return {name: (low, high) for name, (low, high) in zip(self.intervals, pairs, strict=True)}
+        pairs = zip(ends.min(axis=0).tolist(), ends.max(axis=0).tolist(), strict=True)
+        return dict(zip(self.intervals, pairs, strict=True))
 
     @property
     def best(self) -> dict[str, float]:
@@ -146,13 +146,11 @@ class Identification(Shown):
             return ()
         squares, vectors = np.linalg.eigh(self._table.information(self._best))
         ridges = vectors.T[squares <= self._table.cut(self._best)]
-        found = [vector for vector in ridges if np.ptp(self._cube @ vector) >= 1.0]
-        if not found:
-            found = [
-                axis for axis in np.eye(len(squares)) if np.ptp(self._cube @ axis) >= 2.0 * self.confidence
-            ]
-        signs = [np.sign(vector[np.argmax(np.abs(vector))]) for vector in found]
-        return tuple(self._named(sign * vector) for sign, vector in zip(signs, found, strict=True))
+        long = [one for one in ridges if np.ptp(self._cube @ one) >= 1.0]
+        found = long or [
+            one for one in np.eye(len(squares)) if np.ptp(self._cube @ one) >= 2.0 * self.confidence
+        ]
+        return tuple(self._named(np.sign(one[np.argmax(np.abs(one))]) * one) for one in found)
 
     def contains(self, parameters: Mapping[str, float], *, runs: int = 0) -> bool:
         """Whether the region holds these parameters.

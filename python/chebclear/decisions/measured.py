@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _TURN = 2.0 * math.pi
-# A name and its unit, as in "acceleration [m/s2]" and "Time (ms)".
+# A name and its unit, as in "acceleration [m/s2]" and "Time (ms)"; it matches every line.
 _HEAD = re.compile(r"\s*(.*?)\s*(?:[\[(]([^\])]*)[\])])?\s*")
 # Samples of a revolution below which turns cannot be counted [-].
 _LEAST_OF_A_TURN = 4
@@ -284,15 +284,13 @@ def unit_factor(checks: Checks, name: str, own: str, wanted: str) -> float:
 
 def quantity(checks: Checks, name: str, given: float | str, unit: str, least: float = -math.inf) -> float:
     """A number in SI units, or one with a unit, of the dimension of a unit."""
-    try:
-        number = (
-            convert(given, unit or "unit") if isinstance(given, str) and is_quantity(given) else float(given)
-        )
-    except UnitError as error:
-        checks.add(name, str(error))
-        return math.nan
-    except (TypeError, ValueError):
-        number = math.nan
+    number: object = given
+    if isinstance(given, str) and is_quantity(given):
+        try:
+            number = convert(given, unit or "unit")
+        except UnitError as error:
+            checks.add(name, str(error))
+            return math.nan
     return checks.real(name, number, unit or "SI unit", least=least)
 
 
@@ -341,33 +339,39 @@ def load_measured(
     """
     checks = Checks()
     heads, cells = _cells(Path(path))
-    known = [_HEAD.fullmatch(head)[1] for head in heads]  # type: ignore[index] # it matches every line
+    known, own_units = zip(*map(_named, heads), strict=True) if heads else ((), ())
     if t is None and angle is None:
         t, angle = ("t" if "t" in known else None), ("angle" if "angle" in known else None)
     axes = {name: text for name, text in (("t", t), ("angle", angle)) if text is not None}
     if not axes:
         checks.add("t", f"or angle must name a column of the file{meant_or_known('time', known)}")
-    taken = [_HEAD.fullmatch(text)[1] for text in axes.values()]  # type: ignore[index]
+    taken = {_named(text)[0] for text in axes.values()}
     asked = {name: name for name in known if name not in taken} if columns is None else dict(columns)
     if not all(isinstance(text, str) for text in asked.values()):
         checks.add("columns", f"must name a column for each output, got {columns!r:.80}", wrong_type=True)
         checks.finish()
     found, units = {}, {}
     for name, text in [*axes.items(), *asked.items()]:
-        column, given = _HEAD.fullmatch(text).groups()  # type: ignore[union-attr]
+        column, given = _named(text)
         if known.count(column) != 1:
             several = "is in several columns" if column in known else "is no column"
             checks.add(name, f'{several} of the file: "{column}"{meant_or_known(column, known)}')
             continue
         index = known.index(column)
         wanted = {"t": "s", "angle": "rad"}[name] if name in axes else column_unit(name)
-        scale, units[name] = _scale(checks, name, _HEAD.fullmatch(heads[index])[2], given, wanted)  # type: ignore[index]
+        scale, units[name] = _scale(checks, name, own_units[index], given, wanted)
         found[name] = scale * _numbers(checks, name, [row[index] for row in cells])
     checks.finish()
     if "angle" in axes:
         found["angle"] = np.unwrap(found["angle"])
     rest = {name: found[name] for name in asked}
     return Measured(rest, {name: units[name] for name in asked}, found.get("t"), found.get("angle"))
+
+
+def _named(head: str) -> tuple[str, str | None]:
+    """Name and unit of a column."""
+    name, symbol = _HEAD.fullmatch(head).groups()  # type: ignore[union-attr]
+    return name, symbol
 
 
 def _scale(
@@ -405,9 +409,7 @@ def _cells(path: Path) -> tuple[list[str], list[list[str]]]:
     heads, *rows = list(csv.reader([line for line in lines if line.strip()], delimiter=mark)) or [[]]
     uneven = [number for number, row in enumerate(rows, start=2) if len(row) != len(heads)]
     if len(rows) < 2 or uneven:
-        what = (
-            f"line {uneven[0]} has not {len(heads)} columns" if uneven else "it has not two lines of numbers"
-        )
+        what = f"line {uneven[0]} has not {len(heads)} columns" if uneven else "it has not two such lines"
         raise ArgumentError(f"{path} is no table with a line of names and lines of numbers: {what}")
     if mark != ",":
         rows = [[cell.replace(",", ".") for cell in row] for row in rows]

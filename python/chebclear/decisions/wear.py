@@ -242,13 +242,9 @@ def wear_life(
             checks.add(f'wear["{name}"]', f"is no joint with clearance{meant_or_known(name, bearings)}")
         if not isinstance(law, Archard):
             checks.add(f'wear["{name}"]', f"must be a laws.Archard, got {law!r}", wrong_type=True)
-    for name, number, of in (
-        ("limit", limit, "m"),
-        ("depth_per_jump", depth_per_jump, "m"),
-        ("cycle", cycle, "s"),
-    ):
-        if number is not None:
-            checks.real(name, number, of, above=0.0)
+    given = {"limit": limit, "depth_per_jump": depth_per_jump, "cycle": cycle}
+    for name in (name for name, number in given.items() if number is not None):
+        checks.real(name, given[name], "s" if name == "cycle" else "m", above=0.0)
     lower, upper = -math.inf, math.inf
     if requirement is not None:
         if not isinstance(requirement, Specification) or requirement.at is not None:
@@ -258,8 +254,7 @@ def wear_life(
                 wrong_type=not isinstance(requirement, Specification),
             )
         else:
-            of = column_unit(requirement.quantity)
-            lower, upper = requirement.limits(checks, "requirement", of)
+            lower, upper = requirement.limits(checks, "requirement", column_unit(requirement.quantity))
     elif limit is None:
         checks.add("limit", "of the depth, a requirement or both must be given")
     skipped = checks.whole("settle", settle, least=0)
@@ -310,10 +305,9 @@ def wear_life(
         deepest = max(float(run[f"{name}.penetration"].max()) for name in wear)
         step = deepest if depth_per_jump is None else float(depth_per_jump)
         jump = min(step / fastest, max_cycles - passed[-1])
-        for name, rate in rates.items():
-            if limit is not None:
-                with np.errstate(divide="ignore"):
-                    jump = min(jump, float(((limit - profiles[name]) / rate).min()))
+        if limit is not None:
+            with np.errstate(divide="ignore"):
+                jump = min(jump, *(((limit - profiles[name]) / rate).min() for name, rate in rates.items()))
         for name, rate in rates.items():
             profiles[name] += jump * rate
         passed.append(passed[-1] + jump)
