@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable, Collection
 from typing import Any, TypeVar
 
+PARAMETERS = "Parameters\n----------\n"
 Documented = TypeVar("Documented", bound=Callable[..., Any])
 
 
@@ -56,7 +57,7 @@ def _keyword(item: dataclasses.Field[Any]) -> inspect.Parameter:
 def parameters_of(text: str) -> list[tuple[list[str], list[str]]]:
     """Names and lines, the head first, of the entries in the section "Parameters" of a docstring."""
     found: list[tuple[list[str], list[str]]] = []
-    for line in inspect.cleandoc(text).partition("Parameters\n----------\n")[2].splitlines():
+    for line in inspect.cleandoc(text).partition(PARAMETERS)[2].splitlines():
         if heading := re.match(r"(\w[\w, ]*) : ", line):
             found.append((heading[1].split(", "), [line]))
         elif not line.startswith(" "):  # the end of the section

@@ -24,6 +24,33 @@ class Loaded(Part):
 
 
 @dataclass(frozen=True)
+class Element(Part):
+    """A part with a name.
+
+    Parameters
+    ----------
+    name : str
+        Name, unique in the scene.
+    """
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Connection(Element):
+    """A part between two points.
+
+    Parameters
+    ----------
+    a, b : str
+        The two points, as ``"body.point"``.
+    """
+
+    a: str
+    b: str
+
+
+@dataclass(frozen=True)
 class Gravity(Part):
     """Uniform gravity.
 
@@ -39,17 +66,13 @@ class Gravity(Part):
 
 
 @dataclass(frozen=True)
-class Spring(Loaded):
+class Spring(Connection, Loaded):
     """A spring and a damper in parallel between two points.
 
     Its tension is stiffness (distance - length) + damping (rate of the distance) + `tension`.
 
     Parameters
     ----------
-    name : str
-        Name, unique in the scene.
-    a, b : str
-        The two points, as ``"body.point"``.
     stiffness : float
         Stiffness [N/m].
     length : float
@@ -64,9 +87,6 @@ class Spring(Loaded):
     _tag = ("type", "spring")
     _choices: ClassVar = {"tension": LOADS}
 
-    name: str
-    a: str
-    b: str
     stiffness: float = field(metadata=unit("N/m"))
     length: float = field(metadata=unit("m"))
     damping: float = field(default=0.0, metadata=unit("N s/m"))
@@ -74,15 +94,11 @@ class Spring(Loaded):
 
 
 @dataclass(frozen=True)
-class Damper(Loaded):
+class Damper(Connection, Loaded):
     """A damper between two points, along the line through them.
 
     Parameters
     ----------
-    name : str
-        Name, unique in the scene.
-    a, b : str
-        The two points, as ``"body.point"``.
     damping : float
         Damping [N s/m].
     tension : float, str, Polynomial, Harmonic, Table or Expression
@@ -92,15 +108,12 @@ class Damper(Loaded):
     _tag = ("type", "damper")
     _choices: ClassVar = {"tension": LOADS}
 
-    name: str
-    a: str
-    b: str
     damping: float = field(metadata=unit("N s/m"))
     tension: float | Load = field(default=0.0, metadata=unit("N"))
 
 
 @dataclass(frozen=True)
-class Bushing(Loaded):
+class Bushing(Connection, Loaded):
     """A radial spring and damper between two points that may coincide, with a torsion spring and damper.
 
     A rubber bearing: the force on body b is -stiffness (vector from a to b) - damping (velocity of b against
@@ -112,10 +125,6 @@ class Bushing(Loaded):
 
     Parameters
     ----------
-    name : str
-        Name, unique in the scene.
-    a, b : str
-        The two points, as ``"body.point"``.
     stiffness : float, str or Expression
         Stiffness in all directions [N/m].
     damping : float, str or Expression
@@ -131,9 +140,6 @@ class Bushing(Loaded):
         ("stiffness", "damping", "torsional_stiffness", "torsional_damping"), (Expression,)
     )
 
-    name: str
-    a: str
-    b: str
     stiffness: float | Expression | str = field(metadata=unit("N/m"))
     damping: float | Expression | str = field(default=0.0, metadata=unit("N s/m"))
     torsional_stiffness: float | Expression | str = field(default=0.0, metadata=unit("N m/rad"))
@@ -141,15 +147,13 @@ class Bushing(Loaded):
 
 
 @dataclass(frozen=True)
-class TorsionSpring(Part):
+class TorsionSpring(Element):
     """A torsion spring and a damper in parallel between two bodies.
 
     The torque on body b is -stiffness (angle of b relative to a - `angle`) - damping (its rate).
 
     Parameters
     ----------
-    name : str
-        Name, unique in the scene.
     a, b : str
         Names of the two bodies; ``"ground"`` may be one.
     stiffness : float
@@ -162,7 +166,6 @@ class TorsionSpring(Part):
 
     _tag = ("type", "torsion_spring")
 
-    name: str
     a: str
     b: str
     stiffness: float = field(metadata=unit("N m/rad"))
@@ -171,13 +174,11 @@ class TorsionSpring(Part):
 
 
 @dataclass(frozen=True)
-class TorsionDamper(Part):
+class TorsionDamper(Element):
     """A torsion damper between two bodies.
 
     Parameters
     ----------
-    name : str
-        Name, unique in the scene.
     a, b : str
         Names of the two bodies; ``"ground"`` may be one.
     damping : float
@@ -186,20 +187,17 @@ class TorsionDamper(Part):
 
     _tag = ("type", "torsion_damper")
 
-    name: str
     a: str
     b: str
     damping: float = field(metadata=unit("N m s/rad"))
 
 
 @dataclass(frozen=True)
-class Force(Loaded):
+class Force(Element, Loaded):
     """A force at a point, a function of time or of the motion.
 
     Parameters
     ----------
-    name : str
-        Name, unique in the scene.
     point : str
         Point at which it acts, as ``"body.point"``.
     x, y : float, str, Polynomial, Harmonic, Table or Expression
@@ -211,7 +209,6 @@ class Force(Loaded):
     _tag = ("type", "force")
     _choices: ClassVar = {"x": LOADS, "y": LOADS}
 
-    name: str
     point: str
     x: float | Load = field(metadata=unit("N"))
     y: float | Load = field(metadata=unit("N"))
@@ -219,13 +216,11 @@ class Force(Loaded):
 
 
 @dataclass(frozen=True)
-class Torque(Loaded):
+class Torque(Element, Loaded):
     """A torque on a body, a function of time or of the motion.
 
     Parameters
     ----------
-    name : str
-        Name, unique in the scene.
     body : str
         The body on which it acts.
     torque : float, str, Polynomial, Harmonic, Table or Expression
@@ -237,7 +232,6 @@ class Torque(Loaded):
     _tag = ("type", "torque")
     _choices: ClassVar = {"torque": LOADS}
 
-    name: str
     body: str
     torque: float | Load = field(metadata=unit("N m"))
     reaction: str = "ground"

@@ -12,7 +12,20 @@ from .schema import Part
 
 
 @dataclass(frozen=True)
-class LankaraniNikravesh(Part):
+class Elastic(Part):
+    """A normal force in proportion to a power of the penetration δ.
+
+    Parameters
+    ----------
+    stiffness : float
+        Contact stiffness K [N/m^exponent].
+    """
+
+    stiffness: float = field(metadata=unit("N/m^exponent"))
+
+
+@dataclass(frozen=True)
+class LankaraniNikravesh(Elastic):
     """Hertz contact with hysteresis damping, F = K δⁿ (1 + χ δ̇), never tensile.
 
     χ = 3 (1 - restitution²) / (4 v₀) with the impact velocity v₀ at the onset of the contact, for which χ is
@@ -22,8 +35,6 @@ class LankaraniNikravesh(Part):
 
     Parameters
     ----------
-    stiffness : float
-        Contact stiffness K [N/m^exponent].
     restitution : float
         Nominal coefficient of restitution [-], above 0 and at most 1.
     exponent : float
@@ -32,13 +43,12 @@ class LankaraniNikravesh(Part):
 
     _tag = ("law", "lankarani_nikravesh")
 
-    stiffness: float = field(metadata=unit("N/m^exponent"))
     restitution: float = field(metadata=unit("-"))
     exponent: float = field(default=1.5, metadata=unit("-"))
 
 
 @dataclass(frozen=True)
-class Hertz(Part):
+class Hertz(Elastic):
     """Elastic contact, F = K δⁿ.
 
     Valid for dry contacts that are small compared with the radii, and for impacts that are slow compared with
@@ -47,20 +57,17 @@ class Hertz(Part):
 
     Parameters
     ----------
-    stiffness : float
-        Contact stiffness K [N/m^exponent].
     exponent : float
         Exponent n of the penetration [-].
     """
 
     _tag = ("law", "hertz")
 
-    stiffness: float = field(metadata=unit("N/m^exponent"))
     exponent: float = field(default=1.5, metadata=unit("-"))
 
 
 @dataclass(frozen=True)
-class Flores(Part):
+class Flores(Elastic):
     """Dry contact with hysteresis damping, F = K δⁿ (1 + χ δ̇), never tensile.
 
     χ = 8 (1 - c) / (5 c v₀) with the impact velocity v₀ at the onset of the contact. Intended for the whole
@@ -69,8 +76,6 @@ class Flores(Part):
 
     Parameters
     ----------
-    stiffness : float
-        Contact stiffness K [N/m^exponent].
     restitution : float
         Coefficient of restitution c [-], above 0 and at most 1.
     exponent : float
@@ -79,13 +84,12 @@ class Flores(Part):
 
     _tag = ("law", "flores")
 
-    stiffness: float = field(metadata=unit("N/m^exponent"))
     restitution: float = field(metadata=unit("-"))
     exponent: float = field(default=1.5, metadata=unit("-"))
 
 
 @dataclass(frozen=True)
-class ExactRestitution(Part):
+class ExactRestitution(Elastic):
     """Dry contact whose rebound is the restitution asked for, F = K δⁿ (1 + χ δ̇), never tensile.
 
     χ = d / v₀ with the impact velocity v₀ at the onset of the contact and the d for which a free impact
@@ -95,8 +99,6 @@ class ExactRestitution(Part):
 
     Parameters
     ----------
-    stiffness : float
-        Contact stiffness K [N/m^exponent].
     restitution : float
         Coefficient of restitution c [-], above 0 and at most 1.
     exponent : float
@@ -105,13 +107,12 @@ class ExactRestitution(Part):
 
     _tag = ("law", "exact_restitution")
 
-    stiffness: float = field(metadata=unit("N/m^exponent"))
     restitution: float = field(metadata=unit("-"))
     exponent: float = field(default=1.5, metadata=unit("-"))
 
 
 @dataclass(frozen=True)
-class HuntCrossley(Part):
+class HuntCrossley(Elastic):
     """Dry contact with a fixed hysteresis factor, F = K δⁿ (1 + χ δ̇), never tensile.
 
     The rebound ratio falls with the impact velocity v₀, at first as 1 - 2 χ v₀ / 3; the factor is a
@@ -119,8 +120,6 @@ class HuntCrossley(Part):
 
     Parameters
     ----------
-    stiffness : float
-        Contact stiffness K [N/m^exponent].
     hysteresis_factor : float
         Hysteresis factor χ [s/m], at least 0.
     exponent : float
@@ -129,13 +128,12 @@ class HuntCrossley(Part):
 
     _tag = ("law", "hunt_crossley")
 
-    stiffness: float = field(metadata=unit("N/m^exponent"))
     hysteresis_factor: float = field(metadata=unit("s/m"))
     exponent: float = field(default=1.5, metadata=unit("-"))
 
 
 @dataclass(frozen=True)
-class KelvinVoigt(Part):
+class KelvinVoigt(Elastic):
     """A spring and a viscous damper, F = K δⁿ + D δ̇, never tensile.
 
     The force jumps by D v₀ where the contact begins, and the rebound ratio of a mass does not depend on v₀
@@ -143,8 +141,6 @@ class KelvinVoigt(Part):
 
     Parameters
     ----------
-    stiffness : float
-        Contact stiffness K [N/m^exponent].
     damping : float
         Damping D [N s/m], at least 0.
     exponent : float
@@ -153,13 +149,12 @@ class KelvinVoigt(Part):
 
     _tag = ("law", "kelvin_voigt")
 
-    stiffness: float = field(metadata=unit("N/m^exponent"))
     damping: float = field(metadata=unit("N s/m"))
     exponent: float = field(default=1.0, metadata=unit("-"))
 
 
 @dataclass(frozen=True)
-class Impact(Part):
+class Impact(Elastic):
     """The contact function of commercial programs, F = K δⁿ + D s(δ/d) δ̇, never tensile.
 
     The damping grows from zero to D over the depth d, by s(x) = x² (3 - 2x), and stays there: the force does
@@ -167,8 +162,6 @@ class Impact(Part):
 
     Parameters
     ----------
-    stiffness : float
-        Contact stiffness K [N/m^exponent].
     damping : float
         Damping D at full depth [N s/m], at least 0.
     depth : float
@@ -179,7 +172,6 @@ class Impact(Part):
 
     _tag = ("law", "impact")
 
-    stiffness: float = field(metadata=unit("N/m^exponent"))
     damping: float = field(metadata=unit("N s/m"))
     depth: float = field(metadata=unit("m"))
     exponent: float = field(default=1.5, metadata=unit("-"))
@@ -356,17 +348,8 @@ class ShortBearing(Part):
 class FiniteBearing(ShortBearing):
     """Oil film of a bearing of finite length: that of a short bearing times a factor.
 
-    The factor depends on the ratio of length to diameter and on the eccentricity ratio. Its force under a
-    steady load is within a tenth of Reynolds' equation. Source: Butenschön (1976).
-
-    Parameters
-    ----------
-    viscosity : float
-        Dynamic viscosity [Pa s].
-    length : float
-        Length of the bearing along its axis [m], a quarter of the diameter to the whole.
-    roughness : float
-        Height of the roughness of both surfaces together [m].
+    The factor depends on the ratio of length to diameter, from a quarter to one, and on the eccentricity
+    ratio. Its force under a steady load is within a tenth of Reynolds' equation. Source: Butenschön (1976).
     """
 
     _tag = ("law", "finite_bearing")

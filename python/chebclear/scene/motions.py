@@ -6,20 +6,18 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from ..base.units import unit
-from .forces import LOADS, Loaded
+from .forces import LOADS, Element, Loaded
 from .functions import Expression, Load, Table
 from .laws import CONTACT_LAWS, ContactLaw
 from .schema import Part, Vector
 
 
 @dataclass(frozen=True)
-class Speed(Part):
+class Speed(Element):
     """A revolute joint driven at constant speed.
 
     Parameters
     ----------
-    name : str
-        Name, unique in the scene.
     joint : str
         Name of the revolute joint.
     speed : float
@@ -30,14 +28,13 @@ class Speed(Part):
 
     _tag = ("type", "speed")
 
-    name: str
     joint: str
     speed: float = field(metadata=unit("rad/s"))
     angle: float = field(default=0.0, metadata=unit("rad"))
 
 
 @dataclass(frozen=True)
-class Motion(Loaded):
+class Motion(Element, Loaded):
     """A revolute or prismatic joint whose coordinate is a given function of time.
 
     The mechanism starts with the value and the speed of the function at time zero: ``Harmonic`` and
@@ -45,8 +42,6 @@ class Motion(Loaded):
 
     Parameters
     ----------
-    name : str
-        Name, unique in the scene.
     joint : str
         Name of the joint.
     motion : float, str, Polynomial, Harmonic, Table or Expression
@@ -58,13 +53,12 @@ class Motion(Loaded):
     _tag = ("type", "motion")
     _choices: ClassVar = {"motion": LOADS}
 
-    name: str
     joint: str
     motion: float | Load = field(metadata=unit("rad or m"))
 
 
 @dataclass(frozen=True)
-class Coupling(Loaded):
+class Coupling(Element, Loaded):
     """A coordinate that follows another one, whatever the forces: gears, a rack, a belt, a cam.
 
     driven = law(driver) + `offset`, exactly unless there is backlash. The coupling exerts what that takes:
@@ -73,8 +67,6 @@ class Coupling(Loaded):
 
     Parameters
     ----------
-    name : str
-        Name, unique in the scene.
     driven, driver : str
         The coordinates, by the names of outputs: the angle of a body or of a revolute joint, or the
         displacement in a prismatic joint, such as ``"wheel.angle"``, ``"guide.displacement"``.
@@ -123,7 +115,6 @@ class Coupling(Loaded):
 
     _choices: ClassVar = {"law": (Table, Expression), "contact": CONTACT_LAWS}
 
-    name: str
     driven: str
     driver: str
     law: float | Table | Expression | str = field(metadata=unit("- or m"))

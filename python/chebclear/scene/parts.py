@@ -9,7 +9,18 @@ from typing import ClassVar, TypeAlias
 from ..base.shown import Shown
 from ..base.units import unit
 from ..notices import Notice
-from .forces import Bushing, Damper, Force, Gravity, Spring, Torque, TorsionDamper, TorsionSpring
+from .forces import (
+    Bushing,
+    Connection,
+    Damper,
+    Element,
+    Force,
+    Gravity,
+    Spring,
+    Torque,
+    TorsionDamper,
+    TorsionSpring,
+)
 from .laws import (
     CONTACT_LAWS,
     FRICTION_LAWS,
@@ -22,17 +33,15 @@ from .laws import (
     ShortBearing,
 )
 from .motions import BodyStart, ClearanceStart, GuideStart, JointStart, Motion, Speed
-from .schema import Numbers, Part, Points, Vector
+from .schema import Numbers, Points, Vector
 
 
 @dataclass(frozen=True)
-class Body(Part):
+class Body(Element):
     """A rigid body.
 
     Parameters
     ----------
-    name : str
-        Name, unique in the scene.
     mass : float
         Mass [kg]; 0 where the other bodies determine how the body accelerates.
     inertia : float
@@ -48,7 +57,6 @@ class Body(Part):
         possible assemblies of a mechanism.
     """
 
-    name: str
     mass: float = field(metadata=unit("kg"))
     inertia: float = field(metadata=unit("kg m²"))
     center_of_mass: Vector = field(default=(0.0, 0.0), metadata=unit("m"))
@@ -58,15 +66,11 @@ class Body(Part):
 
 
 @dataclass(frozen=True)
-class Revolute(Part):
+class Revolute(Connection):
     """A pin joint without clearance: the points coincide, the bodies turn.
 
     Parameters
     ----------
-    name : str
-        Name, unique in the scene.
-    a, b : str
-        The two points, as ``"body.point"``.
     friction : JournalFriction, optional
         Friction; without it the joint turns freely.
     """
@@ -74,22 +78,15 @@ class Revolute(Part):
     _tag = ("type", "revolute")
     _choices: ClassVar = {"friction": (JournalFriction,)}
 
-    name: str
-    a: str
-    b: str
     friction: JournalFriction | None = None
 
 
 @dataclass(frozen=True)
-class Prismatic(Part):
+class Prismatic(Connection):
     """A guide without clearance: point b slides along the line through point a, the bodies do not turn.
 
     Parameters
     ----------
-    name : str
-        Name, unique in the scene.
-    a, b : str
-        The two points, as ``"body.point"``.
     axis : (float, float)
         Direction of the line in the frame of body a [-], of any length.
     angle : float
@@ -101,44 +98,32 @@ class Prismatic(Part):
     _tag = ("type", "prismatic")
     _choices: ClassVar = {"friction": (GuideFriction,)}
 
-    name: str
-    a: str
-    b: str
     axis: Vector = field(metadata=unit("-"))
     angle: float = field(default=0.0, metadata=unit("rad"))
     friction: GuideFriction | None = None
 
 
 @dataclass(frozen=True)
-class Fixed(Part):
+class Fixed(Connection):
     """A weld: the points coincide, the bodies do not turn.
 
     Parameters
     ----------
-    name : str
-        Name, unique in the scene.
-    a, b : str
-        The two points, as ``"body.point"``.
     angle : float
         Angle of body b relative to body a [rad].
     """
 
     _tag = ("type", "fixed")
 
-    name: str
-    a: str
-    b: str
     angle: float = field(default=0.0, metadata=unit("rad"))
 
 
 @dataclass(frozen=True)
-class ClearanceRevolute(Part):
+class ClearanceRevolute(Element):
     """A revolute joint with clearance: a journal moves freely in a larger bearing until it touches.
 
     Parameters
     ----------
-    name : str
-        Name, unique in the scene.
     bearing, journal : str
         Centers of bearing and journal, as ``"body.point"``.
     journal_radius : float
@@ -181,7 +166,6 @@ class ClearanceRevolute(Part):
         "film": (ShortBearing, FiniteBearing),
     }
 
-    name: str
     bearing: str
     journal: str
     journal_radius: float = field(metadata=unit("m"))
@@ -195,7 +179,7 @@ class ClearanceRevolute(Part):
 
 
 @dataclass(frozen=True)
-class ClearancePrismatic(Part):
+class ClearancePrismatic(Element):
     """A guide with play: a block moves freely between two parallel faces until its corners touch them.
 
     Which corners touch decides whether it is free, leans on one corner, lies flat on a face or is tilted
@@ -203,8 +187,6 @@ class ClearancePrismatic(Part):
 
     Parameters
     ----------
-    name : str
-        Name, unique in the scene.
     a, b : str
         A point in the middle between the faces and the middle of the block, as ``"body.point"``.
     axis : (float, float)
@@ -245,7 +227,6 @@ class ClearancePrismatic(Part):
     _tag = ("type", "clearance_prismatic")
     _choices: ClassVar = {"contact": CONTACT_LAWS, "friction": FRICTION_LAWS}
 
-    name: str
     a: str
     b: str
     axis: Vector = field(metadata=unit("-"))
@@ -261,13 +242,11 @@ class ClearancePrismatic(Part):
 
 
 @dataclass(frozen=True)
-class PinInSlot(Part):
+class PinInSlot(Element):
     """A pin in a straight slot with play: it moves and turns freely until it touches one of the two faces.
 
     Parameters
     ----------
-    name : str
-        Name, unique in the scene.
     slot, pin : str
         A point in the middle between the faces and the center of the pin, as ``"body.point"``.
     axis : (float, float)
@@ -290,7 +269,6 @@ class PinInSlot(Part):
     _tag = ("type", "pin_in_slot")
     _choices: ClassVar = {"contact": CONTACT_LAWS, "friction": FRICTION_LAWS}
 
-    name: str
     slot: str
     pin: str
     axis: Vector = field(metadata=unit("-"))
@@ -303,13 +281,11 @@ class PinInSlot(Part):
 
 
 @dataclass(frozen=True)
-class Stop(Part):
+class Stop(Element):
     """A one-sided stop: a corner or a round edge of body b cannot pass a straight face of body a.
 
     Parameters
     ----------
-    name : str
-        Name, unique in the scene.
     a, b : str
         A point of the face and the corner, or the center of the edge, as ``"body.point"``.
     normal : (float, float)
@@ -330,7 +306,6 @@ class Stop(Part):
     _tag = ("type", "stop")
     _choices: ClassVar = {"contact": CONTACT_LAWS, "friction": FRICTION_LAWS}
 
-    name: str
     a: str
     b: str
     normal: Vector = field(metadata=unit("-"))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import inspect
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, ValuesView
 from typing import Any, ClassVar, Self, TypeAlias, TypeVar
@@ -16,7 +17,7 @@ from typing import Any, ClassVar, Self, TypeAlias, TypeVar
 import numpy as np
 
 from ..base.arguments import as_number, did_you_mean, meant_or_known
-from ..base.options import parameters_of
+from ..base.options import PARAMETERS, parameters_of
 from ..errors import Problem, UnknownKey
 
 Vector: TypeAlias = tuple[float, float]
@@ -109,6 +110,13 @@ class Part:
     """Names of the fields, in their order; a dataclass has them."""
     _choices: ClassVar[Mapping[str, tuple[type[Part], ...]]] = {}
     """For each field that holds other records, or a sequence of them, their classes."""
+
+    def __init_subclass__(cls) -> None:
+        # Inherited fields are documented first, as they are the first arguments.
+        entries = ["\n".join(lines) for _, lines in parameters_of(cls.__bases__[0].__doc__ or "")]
+        if entries and cls.__doc__:
+            text, _, own = inspect.cleandoc(cls.__doc__).partition(PARAMETERS)
+            cls.__doc__ = "\n".join([f"{text.rstrip()}\n\n{PARAMETERS}{entries[0]}", *entries[1:], own])
 
     def __post_init__(self) -> None:
         # Nearly all values are as they should be; studies make thousands of scenes. What is frozen is set in
