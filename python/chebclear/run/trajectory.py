@@ -124,7 +124,7 @@ class EndState:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Trajectory(WithNotices, WithSignals, html.Reported, records.Saved, Exports, kind="trajectory"):
+class Trajectory(WithNotices, html.Reported, records.Saved, Exports, WithSignals, kind="trajectory"):
     """The result of one simulation: ``run["slider.x"]`` is a column, ``run["slider.*"]`` a dict of columns.
 
     A mapping from the names of the columns to views of shape (samples,): ``in``, ``len``, ``keys()``,
