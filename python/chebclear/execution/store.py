@@ -213,7 +213,7 @@ class Store:
     def close(self) -> None:
         """Let other processes use the store."""
         # Workers that were forked in the meantime have the file too, and would keep it locked.
-        _unlock(self._lock)
+        _lock(self._lock, held=False)
         os.close(self._lock)
 
     def __len__(self) -> int:
@@ -361,36 +361,25 @@ class Store:
     def _locked(self) -> int:
         """The lock of the store, held until it is closed or its process ends, however that ends."""
         path = self.path / _LOCK
-        with self._errors():
-            # What a link leads to, or waits behind a pipe, is none of ours.
-            flags = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+        # What a link leads to, or waits behind a pipe, is none of ours.
+        flags = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+        with self._errors(), contextlib.ExitStack() as closing:
             file = os.open(path, os.O_RDWR | os.O_CREAT | flags, 0o666)
+            closing.callback(os.close, file)
+            if not stat.S_ISREG(os.fstat(file).st_mode):
+                raise StoreError(f"{path} is no file")
             try:
-                if not stat.S_ISREG(os.fstat(file).st_mode):
-                    raise StoreError(f"{path} is no file")
-                self._take(file)
-                os.ftruncate(file, 0)
-                os.write(file, f"process {os.getpid()}".encode())
-            except BaseException:
-                os.close(file)
-                raise
+                _lock(file)
+            except OSError as error:
+                message = f"the file system of the store {self.path} cannot lock files ({error.strerror})"
+                if error.errno in _TAKEN:
+                    owner = os.read(file, 100).decode(errors="replace").strip() or "another process"
+                    message = f"the store {self.path} is in use by {owner}: wait for it to end"
+                raise StoreError(f"{message}; or give another folder") from error
+            os.ftruncate(file, 0)
+            os.write(file, f"process {os.getpid()}".encode())
+            closing.pop_all()
         return file
-
-    def _take(self, file: int) -> None:
-        """Lock a file, or say why that is impossible."""
-        try:
-            _lock(file)
-        except OSError as error:
-            if error.errno not in _TAKEN:
-                raise StoreError(
-                    f"the file system of the store {self.path} cannot lock files ({error.strerror}): give a "
-                    "folder on another one"
-                ) from error
-            owner = os.read(file, 100).decode(errors="replace").strip()
-            raise StoreError(
-                f"the store {self.path} is in use{f' by {owner}' if owner else ''}: wait for it to end, or "
-                "give another folder"
-            ) from None
 
     @contextlib.contextmanager
     def _errors(self) -> Iterator[None]:
@@ -407,19 +396,15 @@ class Store:
 
 def differences(kept: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[str]:
     """Differences between the runs in a store and the requested ones, in words."""
-    found = [
-        f"{name}: the store has {kept.get(name)!r}, this study {wanted[name]!r}"
-        for name in ("code", "topology")
-        if kept.get(name) != wanted[name]
-    ]
     settings = kept.get("settings")
-    settings = settings if isinstance(settings, dict) else {}
-    found += [
-        f"{name}: the store has {settings.get(name)!r}, this study {value!r}"
-        for name, value in wanted["settings"].items()
-        if settings.get(name) != value
+    theirs = {name: kept.get(name) for name in ("code", "topology")}
+    theirs |= settings if isinstance(settings, dict) else {}
+    ours = {name: wanted[name] for name in ("code", "topology")} | wanted["settings"]
+    found = [
+        f"{name}: the store has {theirs.get(name)!r}, this study {ours.get(name)!r}"
+        for name in dict.fromkeys([*ours, *theirs])
+        if name not in theirs or name not in ours or theirs[name] != ours[name]
     ]
-    found += [f"{name}: this study has none" for name in settings if name not in wanted["settings"]]
     for name in _NAMED:
         known = kept.get(name)
         lacking = [one for one in wanted[name] if not isinstance(known, list) or one not in known]
@@ -428,20 +413,14 @@ def differences(kept: Mapping[str, Any], wanted: Mapping[str, Any]) -> list[str]
     return found
 
 
-def _lock(file: int) -> None:
-    """Lock a file for this process; raises OSError if another one holds it."""
+def _lock(file: int, *, held: bool = True) -> None:
+    """Lock a file for this process, or let it go; OSError if another one holds it."""
     try:
         import fcntl
-    except ImportError:  # Windows
+    except ImportError:  # Windows, where no process is forked: closing the file lets it go
         import msvcrt
 
-        msvcrt.locking(file, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined,unused-ignore]
+        if held:
+            msvcrt.locking(file, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined,unused-ignore]
         return
-    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-
-
-def _unlock(file: int) -> None:
-    with contextlib.suppress(ImportError):  # Windows, where no process is forked
-        import fcntl
-
-        fcntl.flock(file, fcntl.LOCK_UN)
+    fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB if held else fcntl.LOCK_UN)
