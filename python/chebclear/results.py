@@ -12,8 +12,8 @@ from .decisions.measured import Agreement as Agreement, Measured as Measured
 from .decisions.modes import Modes as Modes
 from .decisions.rare import RareShare as RareShare
 from .decisions.wear import WearLife as WearLife
+from .execution.costs import Plan as Plan
 from .execution.failures import FailedRun as FailedRun
-from .execution.plan import Plan as Plan
 from .notices import Notice as Notice
 from .run.accuracy import ErrorEstimate as ErrorEstimate
 from .run.contacts import Contact as Contact, Contacts as Contacts, Event as Event, Events as Events

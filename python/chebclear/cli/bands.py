@@ -18,7 +18,7 @@ from .output import Rows, print_json, write_table
 from .scenes import hint
 
 if TYPE_CHECKING:
-    from ..execution.plan import Plan
+    from ..execution.costs import Plan
     from ..study.requirements.conformance import Conformance
     from ..study.results import StudyResult
     from .traces import TraceFit

@@ -7,7 +7,7 @@ import dataclasses
 import sys
 from typing import Any
 
-from ..execution.plan import Plan
+from ..execution.costs import Plan
 from ..study.study import Study
 from .output import print_json
 

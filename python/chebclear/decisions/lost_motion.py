@@ -153,7 +153,9 @@ def lost_motion(
     if len(speeds) != 1:
         checks.add("scene", f"must have one drive at constant speed, got {len(speeds)}")
     checks.finish()
-    held = _held(scene, speeds[0], _load(at, way))
+    name = "load of the output"
+    load = Torque(name, owner_of(at), 1.0) if way is None else Force(name, at, *way)
+    held = _held(scene, speeds[0], load)
     turning = held.check()
     if turning.degrees_of_freedom:
         raise ArgumentError(
@@ -258,13 +260,6 @@ def without_play(scene: Scene) -> Scene:
             ideal.append(joint)
     start = [one for one in scene.start if not isinstance(one, ClearanceStart | GuideStart)]
     return replace(scene, bodies=[*scene.bodies, *shoes], joints=ideal, start=start, forces=())
-
-
-def _load(at: str, way: tuple[float, float] | None) -> Force | Torque:
-    """A unit load."""
-    if way is None:
-        return Torque("load of the output", owner_of(at), 1.0)
-    return Force("load of the output", at, *way)
 
 
 def _held(scene: Scene, speed: Speed, load: Force | Torque) -> Scene:

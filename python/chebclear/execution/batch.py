@@ -14,7 +14,7 @@ from ..errors import ChebclearError
 from ..notices import Notice
 from ..run.settings import Settings
 from ..scene.structure import FlatScene
-from .counts import STATS
+from .costs import STATS
 from .dispatch import ExecutorWorkers, Source, Task, Threads
 from .memory import Usage, release, sample_array
 from .options import ExecutionOptions

@@ -175,7 +175,7 @@ class _Dispatcher:
     def _fill(self) -> bool:
         """Send pieces until every worker has enough; whether there was one to send."""
         sent = False
-        while len(self.pending) < self.workers.capacity(bool(self.runs)):
+        while len(self.pending) < self.workers.count * (self.workers.queued if self.runs else 1):
             # A piece whose worker was lost goes alone, so that no other suffers from it once more.
             if self.suspects and self.pending:
                 break
@@ -267,10 +267,6 @@ class Workers:
     def ready(self) -> Iterator[None]:
         """While they may get work."""
         yield
-
-    def capacity(self, measured: bool) -> int:
-        """Pieces that may be under way; fewer before a run has been measured."""
-        return self.queued * self.count if measured else self.count
 
     def submit(self, task: Task) -> Future[Any]:
         """Send a piece."""

@@ -26,7 +26,7 @@ from ..errors import InputError, Problem, SettingsError
 from ..notices import Notice, as_plain
 from ..run.settings import LEAST_RTOL, Settings
 from ..scene.structure import FlatScene
-from .counts import STATS
+from .costs import STATS
 
 if TYPE_CHECKING:
     from .._core import _Runs

@@ -33,7 +33,7 @@ from ..base.writing import replaced
 from ..errors import StoreError
 from ..run.settings import Settings
 from ..scene.structure import FlatScene
-from .counts import STATS
+from .costs import STATS
 from .pieces import TIME_LIMIT, End, Piece, as_text, code_version, from_text
 
 FORMAT = 1

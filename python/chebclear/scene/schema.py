@@ -233,7 +233,9 @@ def _write_value(value: Any, annotation: str, path: str, problems: list[Problem]
     if annotation == _VECTOR:
         return _write_vector(value, path, problems)
     kind, wanted, empty = _KINDS[annotation.removesuffix(" | None")]
-    if not isinstance(value, kind) or (isinstance(value, Named) and not all(map(_is_text, value))):
+    if not isinstance(value, kind) or (
+        isinstance(value, Named) and not all(isinstance(name, str) for name in value)
+    ):
         problems.append(Problem(path, f"must be {wanted}, got {value!r}"))
         return empty()
     if isinstance(value, tuple):
@@ -252,10 +254,6 @@ _KINDS: dict[str, tuple[type, str, Callable[..., Any]]] = {
     _TRUTH: (bool, "True or False", bool),
     "str": (str, "a text", str),
 }
-
-
-def _is_text(name: object) -> bool:
-    return isinstance(name, str)
 
 
 def _write_vector(value: Any, path: str, problems: list[Problem]) -> list[float | str]:

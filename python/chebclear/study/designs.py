@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks
 from ..base.rows import Array
 from ..errors import ArgumentError
-from ..execution.counts import Costs
+from ..execution.costs import Costs, Plan, seconds_of
 from ..execution.dispatch import worker_count
 from ..execution.memory import Usage, study_memory
-from ..execution.plan import Plan, seconds_of
 from ..run.memory import room, taken
 from ..run.settings import Settings, checked_settings
 from .answers import result_of

@@ -20,7 +20,7 @@ from ..base.units import unit
 from ..data.dataset import Dataset, Variable
 from ..data.exports import Exports
 from ..errors import ArgumentError, UnknownNameError
-from ..execution.counts import STATS, Costs
+from ..execution.costs import STATS, Costs
 from ..execution.failures import FailedRun, count_failed
 from ..notices import Notice, WithNotices
 from ..report import html

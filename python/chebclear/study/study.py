@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 
 from ..base.arguments import Checks, meant_or_known
 from ..base.progress import Progress
+from ..execution.costs import Plan
 from ..execution.options import ExecutionOptions, OnFailure
-from ..execution.plan import Plan
 from ..notices import issue
 from ..run.features import Feature
 from ..run.settings import RunOptions, Settings, with_settings

@@ -175,9 +175,12 @@ def recommendation(
     good = _settings_within(result, bound, span)
     if good:
         best = _cheapest(good, cost)
+        price = (
+            f"{_cost(best, cost):.0f} {cost}" if cost != "seconds" else format_quantity(best.seconds, "s", 2)
+        )
         text = (
             f"rtol {power(best.rtol)} with {best.method}: {_shown_amounts(result, errors(best), bound)} over "
-            f"{_span(result, span)}, {_price(best, cost)} a run"
+            f"{_span(result, span)}, {price} a run"
         )
         diverged = float(best.horizon[np.isfinite(bound)].min(initial=math.inf))
         if diverged <= span:
@@ -269,12 +272,6 @@ def _cheapest(points: list[TradeoffPoint], cost: str) -> TradeoffPoint:
 
 def _cost(point: TradeoffPoint, cost: str) -> float:
     return point.seconds if cost == "seconds" else float(getattr(point.stats, cost))
-
-
-def _price(point: TradeoffPoint, cost: str) -> str:
-    return (
-        format_quantity(point.seconds, "s", 2) if cost == "seconds" else f"{int(_cost(point, cost))} {cost}"
-    )
 
 
 def _span(result: Tradeoff, span: float) -> str:

@@ -6,7 +6,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear.execution import dispatch
-from chebclear.execution.plan import Plan, duration, seconds_of
+from chebclear.execution.costs import Plan, duration, seconds_of
 from refusals import refuses
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")

@@ -15,7 +15,7 @@ from ...base.arguments import Checks
 from ...base.progress import Progress
 from ...base.rows import Array
 from ...errors import ArgumentError, SimulationError, describe
-from ...execution.counts import STATS
+from ...execution.costs import STATS
 from ...execution.dispatch import CallingThread, ExecutorWorkers, Source, Task
 from ...execution.failures import FEATURE, MODEL, FailedRun, end_of, failure_notices, require_success
 from ...execution.limited import Answers, Calls, LimitedCalls, TimeLimitError
@@ -83,19 +83,17 @@ class Calling(Source):
 
     def run(self, report: Progress | None) -> None:
         """Make all runs, or those for which there is time."""
-        try:
-            if self.first is not None:
-                self._begin(self.first)
-            elif self.store is not None and (key := self._key(self._numbers[0])) in self.store:
-                self._begin(self._first_of(self.store, key))
-            executor = self._runner.execution.executor
-            workers = CallingThread() if executor is None else ExecutorWorkers(executor, self)
-            self.make(workers, report, self._runner.execution.max_seconds)
-            if self.first is None and self.store is not None and self._kept:
-                self._begin(self._first_of(self.store, self._kept[0][1]))
-            self.read_kept(report)
-            self._require_success()
-        finally:
+        if self.first is not None:
+            self._begin(self.first)
+        elif self.store is not None and (key := self._key(self._numbers[0])) in self.store:
+            self._begin(self._first_of(self.store, key))
+        executor = self._runner.execution.executor
+        workers = CallingThread() if executor is None else ExecutorWorkers(executor, self)
+        self.make(workers, report, self._runner.execution.max_seconds)
+        if self.first is None and self.store is not None and self._kept:
+            self._begin(self._first_of(self.store, self._kept[0][1]))
+        self.read_kept(report)
+        self._require_success()
 
     def table(self, points: Array) -> RunTable:
         """The runs that succeeded, at these points."""

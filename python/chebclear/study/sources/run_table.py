@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...base.rows import Array
 from ...base.units import unit
-from ...execution.counts import Costs
+from ...execution.costs import Costs
 from ...execution.failures import FailedRun
 from ...notices import Notice
 from ...run.settings import Settings

@@ -27,7 +27,7 @@ from ...errors import (
     describe,
 )
 from ...execution.batch import Batch, Built, RefusedRunError
-from ...execution.counts import Costs
+from ...execution.costs import Costs
 from ...execution.failures import (
     BUILD,
     FEATURE,
