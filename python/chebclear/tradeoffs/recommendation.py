@@ -175,9 +175,8 @@ def recommendation(
     good = _settings_within(result, bound, span)
     if good:
         best = _cheapest(good, cost)
-        price = (
-            f"{_cost(best, cost):.0f} {cost}" if cost != "seconds" else format_quantity(best.seconds, "s", 2)
-        )
+        seconds = format_quantity(best.seconds, "s", 2)
+        price = seconds if cost == "seconds" else f"{_cost(best, cost):.0f} {cost}"
         text = (
             f"rtol {power(best.rtol)} with {best.method}: {_shown_amounts(result, errors(best), bound)} over "
             f"{_span(result, span)}, {price} a run"
