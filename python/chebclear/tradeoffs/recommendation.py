@@ -184,8 +184,6 @@ def recommendation(
         diverged = float(best.horizon[np.isfinite(bound)].min(initial=math.inf))
         if diverged <= span:
             text += f", but with errors above 1 % of a range from {format_exact(diverged, 's')} on"
-        if len(good) == len(result.points) > 1:
-            text += "; all settings measured are accurate enough, cheaper ones may be too"
         if until is None and span < result.end:
             text += "; beyond, the reference itself is not known well enough"
         return answer(best, errors(best), text)
@@ -203,12 +201,6 @@ def recommendation(
     )
     if np.all(shown <= bound):
         text += ", but a smaller tolerance of the same method does not: that is chance"
-    for instant in result.t[-1:0:-1]:
-        shorter = _settings_within(result, bound, instant) if instant < span else []
-        if shorter:
-            best = _cheapest(shorter, cost)
-            text += f"; over {_span(result, instant)} rtol {power(best.rtol)} with {best.method} is enough"
-            break
     return answer(None, shown, text)
 
 

@@ -1,22 +1,33 @@
-"""The reports of accuracy against cost: of the runs of a scene, and of the bounds of a study."""
+"""Reports of accuracy against cost, and the files that ``chebclear tradeoff`` writes."""
 
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+from ..base.writing import complete_folder
+from ..plots.costs import plot_tradeoff
 from ..plots.drawing.scene import mechanism_picture
 from ..report.document import Document, Picture, Section, Table, Text
 from ..run.report import reproduction, run_script, version_fact, warnings_section
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from .bounds import StudyTradeoff
+    from .recommendation import Recommendation
     from .result import Tradeoff
 
 ACCURACIES = (1e-1, 1e-2, 1e-3, 1e-4)
 """Largest errors, relative to the range of each output, that a report recommends settings for [-]."""
 WIDTH_ERRORS = (0.5, 0.25, 0.1, 0.05)
 """Largest relative errors of the width that a report recommends bounds for [-]."""
+
+DPI = 150
+_PANEL = (5.0, 5.0)  # [inch]
+_COLUMNS = 2
+_PANELS = 4
 
 
 def tradeoff_document(result: Tradeoff, title: str | None) -> Document:
@@ -101,3 +112,57 @@ def costs_document(result: StudyTradeoff, title: str | None) -> Document:
             *warnings_section(result.warnings),
         ],
     )
+
+
+def write(result: Tradeoff, recommendation: Recommendation, directory: Path) -> None:
+    """Write ``tradeoff.md``, ``tradeoff.npz``, ``tradeoff.png`` and ``report.html`` into a folder, which is
+    made if it does not exist: all of them or none."""
+    with complete_folder(directory) as folder:
+        (folder / "tradeoff.md").write_text(markdown(result, recommendation), encoding="utf-8")
+        result.save(folder / "tradeoff.npz")
+        figure(result).savefig(folder / "tradeoff.png", dpi=DPI)
+        result.report(folder / "report.html")
+
+
+def markdown(result: Tradeoff, recommendation: Recommendation) -> str:
+    """Reference, table and recommendation as Markdown."""
+    return (
+        f"# Accuracy against cost, {1e3 * result.duration:g} ms\n\n{result.describe_reference()}\n\n"
+        f"{result.table()}\n\nErrors are the largest differences from the reference; a time depends on the "
+        "machine, the counters do not. The horizon is the first sample that is off by more than 1 % of the "
+        f"range of an output.\n\nRecommended: {recommendation}\n"
+    )
+
+
+def figure(result: Tradeoff) -> Figure:
+    """The work-precision plots of up to four outputs; of more, the four with the largest errors."""
+    from matplotlib.figure import Figure
+
+    names = result.hardest_outputs(_PANELS)
+    columns = min(_COLUMNS, len(names))
+    rows = -(-len(names) // columns)
+    made = Figure(figsize=(_PANEL[0] * columns, _PANEL[1] * rows), layout="constrained")
+    for index, name in enumerate(names):
+        plot_tradeoff(result, name, ax=made.add_subplot(rows, columns, index + 1))
+    return made
+
+
+def plain(result: Tradeoff, recommendation: Recommendation) -> dict[str, Any]:
+    """What was measured, for JSON."""
+    point = recommendation.point
+    return {
+        "reference": {
+            "methods": [result.reference.method, result.check.method],
+            "rtol": result.reference.rtol,
+            "uncertainty": {name: result.uncertainty(name) for name in result.outputs},
+            "trusted_until": result.trusted_until,
+        },
+        "runs": result.to_dict(),
+        "recommendation": {
+            "method": None if point is None else point.method,
+            "rtol": None if point is None else point.rtol,
+            "until": recommendation.until,
+            "errors": recommendation.errors,
+            "text": recommendation.text,
+        },
+    }

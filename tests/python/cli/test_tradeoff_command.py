@@ -6,7 +6,7 @@ import sys
 import chebclear as cc
 import pytest
 from chebclear import cli
-from chebclear.tradeoffs import output as tradeoff_output
+from chebclear.tradeoffs import report as tradeoff_output
 from pendulum import pendulum
 
 

@@ -15,7 +15,7 @@ from chebclear.cli import program
 from chebclear.paper import case_study as paper
 from chebclear.run import memory, settings
 from chebclear.scene.columns import column_words
-from chebclear.tradeoffs import output as tradeoff_output
+from chebclear.tradeoffs import report as tradeoff_output
 
 MECHANISMS = cc.mechanisms
 QUIET = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")

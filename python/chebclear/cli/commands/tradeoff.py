@@ -12,7 +12,7 @@ from ...run.settings import METHODS
 from ...scene.scene import Scene
 from ...templates.reader import loads
 from ...templates.template import Template
-from ...tradeoffs import output as tradeoff_output
+from ...tradeoffs import report as tradeoff_output
 from ...tradeoffs.of_scene import RTOLS, tradeoff
 from ...tradeoffs.recommendation import COSTS, MOST_ACCURACY
 from ..options import OUTPUTS, SCENE, SECONDS, TIMES, WORDS, Command, Kind, Option, out, positive, tolerances
