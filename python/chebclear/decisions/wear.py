@@ -287,16 +287,15 @@ def wear_life(
     while True:
         now = _with_profiles(scene, profiles)
         run = run_scene(now, settings.fitted(now.check()))
-        worn.append({name: depths.copy() for name, depths in profiles.items()})
+        worn.append(profiles)
         values.append((math.nan, math.nan) if output is None else tuple(run.features[0]))
         if not run.success:
             end = "failed"
-            break
-        if not (lower <= values[-1][0] and values[-1][1] <= upper) and output is not None:
+        elif output is not None and not (lower <= values[-1][0] and values[-1][1] <= upper):
             end = "requirement"
-            break
-        if limit is not None and max(depths.max() for depths in profiles.values()) >= _REACHED * limit:
+        elif limit is not None and max(depths.max() for depths in profiles.values()) >= _REACHED * limit:
             end = "depth"
+        if end != "budget":
             break
         rates = {name: np.ptp(law.depths(run, name), axis=0) / counted for name, law in wear.items()}
         fastest = max(float(rate.max()) for rate in rates.values())
@@ -308,8 +307,7 @@ def wear_life(
         if limit is not None:
             with np.errstate(divide="ignore"):
                 jump = min(jump, *(((limit - profiles[name]) / rate).min() for name, rate in rates.items()))
-        for name, rate in rates.items():
-            profiles[name] += jump * rate
+        profiles = {name: profiles[name] + jump * rate for name, rate in rates.items()}
         passed.append(passed[-1] + jump)
     cycles, extremes = np.array(passed), np.array(values)
     return WearLife(

@@ -24,7 +24,7 @@ from ..base.rows import Array
 from ..base.units import unit
 from ..errors import InputError, Problem, SettingsError
 from ..notices import Notice, as_plain
-from ..run.settings import LEAST_RTOL, Settings
+from ..run.settings import Settings
 from ..scene.structure import FlatScene
 from .costs import STATS
 
@@ -137,7 +137,7 @@ def simulate_order(
     if order.retried and failed:
         again = np.empty((len(failed), *shape[1:]))
         before = [runs.ends[row].status for row in failed]
-        runs.simulate(failed, _tightened(settings), again)
+        runs.simulate(failed, settings.tightened(_TIGHTER), again)
         values[failed] = again
         for row, status in zip(failed, before, strict=True):
             text = f"the run failed ({status}) and was repeated with tolerances {_TIGHTER:g} times as tight"
@@ -151,17 +151,6 @@ def simulate_order(
         notices=tuple(runs.notices),
         code=code_version(),
         seconds=time.perf_counter() - begin,
-    )
-
-
-def _tightened(settings: Settings) -> Settings:
-    """The settings of a run that is repeated."""
-    position, velocity = settings.position_tolerance, settings.velocity_tolerance
-    return dataclasses.replace(
-        settings,
-        rtol=max(settings.rtol / _TIGHTER, LEAST_RTOL),
-        position_tolerance=None if position is None else position / _TIGHTER,
-        velocity_tolerance=None if velocity is None else velocity / _TIGHTER,
     )
 
 

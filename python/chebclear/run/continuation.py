@@ -45,7 +45,6 @@ def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[Not
     found = {path: f"{path}: {one}, now {other}" for path, one, other in changes(before, after)}
     if not found:
         return ()
-    _require_kinds(start.scene, scene)
     _require_whole(scene, start, settings)
     named = "; ".join([*found.values()][:_NAMED])
     if len(found) > _NAMED:
@@ -57,24 +56,18 @@ def continuation(scene: Scene, start: EndState, settings: Settings) -> tuple[Not
     return (Notice("other_scene", warning, tuple(found)),)
 
 
-def _require_kinds(before: Scene, after: Scene) -> None:
-    """Refuse joints that have the same name but another kind, such as a pin that has become a guide."""
-    kinds = {joint.name: type(joint).__name__ for joint in before.joints}
-    problems = []
-    for joint in after.joints:
-        now = type(joint).__name__
-        if kinds.get(joint.name, now) != now:
-            message = (
-                f'belongs to another mechanism: joint "{joint.name}" is a {now}, was a {kinds[joint.name]}'
-            )
-            problems.append(Problem("start", message))
-    if problems:
-        raise StartError(problems)
-
-
 def _require_whole(scene: Scene, start: EndState, settings: Settings) -> None:
     """Refuse a scene whose joints are not closed in the state from which it continues."""
     assert start.scene is not None
+    kinds = {joint.name: type(joint).__name__ for joint in start.scene.joints}
+    others = [
+        joint for joint in scene.joints if kinds.get(joint.name, type(joint).__name__) != type(joint).__name__
+    ]
+    if others:
+        words = 'belongs to another mechanism: joint "{}" is a {}, was a {}'
+        raise StartError(
+            Problem("start", words.format(one.name, type(one).__name__, kinds[one.name])) for one in others
+        )
     facts = scene.check()
     driven = {drive.joint for drive in scene.drives}
     clearances = {joint.name: joint.clearance for joint in joints_with_play(scene.joints)}
@@ -94,36 +87,32 @@ def _require_whole(scene: Scene, start: EndState, settings: Settings) -> None:
     old = _look(_prolonged(start.scene, (1.0 + _INSTANT) * start.time), start, settings, columns)
     problems = []
     if new["status"] == "projection" != old["status"]:
-        message = "the loops do not close in the state in which the run ended: lengths do not fit"
-        problems.append(Problem("start", message))
+        problems.append("the loops do not close in the state in which the run ended: lengths do not fit")
     for name, before, after in zip(columns, old["values"][0], new["values"][0], strict=False):
         owner, _, quantity = name.rpartition(".")
         if quantity == "penetration":
             clearance = clearances[owner_of(owner)]
             if after > max(before, 0.0) + clearance:
                 place = f"{after:.2g} m deep in {'its bearing' if owner in clearances else 'a face'}"
-                message = (
+                problems.append(
                     f'the contact of joint "{owner}" would start {place}, deeper '
                     f"than its clearance of {clearance:.2g} m: lengths, drives or clearances do not fit the "
                     "state in which the run ended"
                 )
-                problems.append(Problem("start", message))
         elif abs(after - before) > _JUMP * (1.0 + abs(before)):
             jump = f"jump from {before:.6g} to {after:.6g} {'rad' if quantity == 'angle' else 'm'}"
             if owner in driven:
-                message = (
+                problems.append(
                     f'the drive of joint "{owner}" would make it {jump}: drives are functions of the time '
                     "since the first start; choose one that continues from there"
                 )
-                problems.append(Problem("start", message))
             elif not problems:
-                message = (
+                problems.append(
                     f'joint "{owner}" would {jump}: lengths do not fit the configuration in which the run '
                     "ended, and the drives prescribe every other"
                 )
-                problems.append(Problem("start", message))
     if problems:
-        raise StartError(problems)
+        raise StartError(Problem("start", message) for message in problems)
 
 
 def _prolonged(scene: Scene, until: float) -> Scene:

@@ -183,6 +183,12 @@ class Settings(Shown):
         vars(made).update(kept)
         return made
 
+    def tightened(self, factor: float, **changes: Any) -> Settings:
+        """The settings with all tolerances divided by a factor, and other changes."""
+        known = {name: getattr(self, name) for name in ("position_tolerance", "velocity_tolerance")}
+        changes |= {name: value / factor for name, value in known.items() if value is not None}
+        return dataclasses.replace(self, rtol=max(self.rtol / factor, LEAST_RTOL), **changes)
+
     def to_json(self) -> str:
         """The settings as the core reads them."""
         return json.dumps(dataclasses.asdict(self), allow_nan=False)

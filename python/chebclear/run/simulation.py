@@ -182,26 +182,14 @@ def _companions(
     """The runs at tighter tolerances with which a run is compared."""
     methods = (run.settings.method, "rodas5p" if run.settings.method == "auto" else "auto")
     return [
-        run_scene(run.scene, _tightened(run.settings, factor, method), report, start)
+        run_scene(
+            run.scene,
+            run.settings.tightened(factor, method=method, features=(), companion_of=run.settings.rtol),
+            report,
+            start,
+        )
         for factor, method, report in zip(_TIGHTER, methods, reports, strict=True)
     ]
-
-
-def _tightened(settings: Settings, factor: float, method: str) -> Settings:
-    """The settings of a companion run: all tolerances divided by a factor, with those of the core."""
-
-    def tighter(tolerance: float | None) -> float | None:
-        return None if tolerance is None else tolerance / factor
-
-    return dataclasses.replace(
-        settings,
-        rtol=max(settings.rtol / factor, LEAST_RTOL),
-        method=method,
-        features=(),
-        position_tolerance=tighter(settings.position_tolerance),
-        velocity_tolerance=tighter(settings.velocity_tolerance),
-        companion_of=settings.rtol,
-    )
 
 
 def _estimate(run: Trajectory, companions: Sequence[Trajectory]) -> ErrorEstimate:

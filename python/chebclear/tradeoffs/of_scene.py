@@ -130,14 +130,8 @@ def tradeoff(
         checks.add("progress", f"must be None, True or callable, got {progress!r}", wrong_type=True)
     accepted = (*SpanOptions.__annotations__, "outputs")
     span = Settings.gathered(checks, settings, {"outputs": outputs, **options}, accepted=accepted)
-    settings = Settings(
-        duration=span.duration,
-        samples=span.samples,
-        skip=span.skip,
-        outputs=span.outputs,
-        method=REFERENCE_METHODS[0],
-        **tight_limits,
-    ).fitted(scene.check())
+    settings = dataclasses.replace(span, method=REFERENCE_METHODS[0], features=(), cycles=1, **tight_limits)
+    settings = settings.fitted(scene.check())
     if settings.outputs is None:
         # A contact state is a yes or no: its error is 1 as soon as an impact falls between other samples.
         columns = tuple(name for name in scene.check().columns if not name.endswith(".contact"))
@@ -182,18 +176,13 @@ def tradeoff(
 
         points = [measured(*run(choice)) for choice in choices]
         # In rounds, so that a machine that is busy for a while does not spoil all repeats of one setting.
-        seconds = [point.seconds for point in points]
-        # A run that failed costs what its limits allow; its time is no price of an accuracy.
-        finished = [point.status == "done" for point in points]
-        for _ in range(count - 1):
-            for index, choice in enumerate(choices):
-                if finished[index]:
-                    seconds[index] = min(seconds[index], run(choice)[1])
-                elif report is not None:
-                    report(next(done), total)
-        points = [
-            dataclasses.replace(point, seconds=best) for point, best in zip(points, seconds, strict=True)
-        ]
+        for index in [*range(len(choices))] * (count - 1):
+            # A run that failed costs what its limits allow; its time is no price of an accuracy.
+            if points[index].success:
+                seconds = min(points[index].seconds, run(choices[index])[1])
+                points[index] = dataclasses.replace(points[index], seconds=seconds)
+            elif report is not None:
+                report(next(done), total)
     return Tradeoff(
         outputs=reference.columns,
         ranges=ranges,
