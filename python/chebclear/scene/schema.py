@@ -11,12 +11,13 @@ import dataclasses
 import functools
 import inspect
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, ValuesView
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, ClassVar, Self, TypeAlias, TypeVar
 
 import numpy as np
 
 from ..base.arguments import as_number, did_you_mean, meant_or_known
+from ..base.named import ReadOnlyDict
 from ..base.options import PARAMETERS, parameters_of
 from ..errors import Problem, UnknownKey
 
@@ -40,51 +41,27 @@ _PLAIN = frozenset({float, int})
 _NOT_FINITE = {"NaN": math.nan, "Infinity": math.inf, "-Infinity": -math.inf}
 
 
-class Named(Mapping[str, T]):
-    """Values with names of the user: an immutable mapping, so that records that contain it can be hashed.
-
-    Parameters
-    ----------
-    items : mapping of str to object
-        Values by name.
-    """
-
-    __slots__ = ("_items",)
+class Named(ReadOnlyDict[str, T]):
+    """Values with names of the user, which do not change, so that records that contain them can be hashed."""
 
     def __init__(self, items: Mapping[str, Any]) -> None:
-        self._items: dict[str, T] = {name: self._converted(value) for name, value in items.items()}
+        super().__init__({name: self._converted(value) for name, value in dict(items).items()})
 
     @staticmethod
     def _converted(value: Any) -> Any:
         """A value in its type, or as it is if it cannot be."""
         return value
 
-    def __getitem__(self, name: str) -> T:
-        return self._items[name]
+    @property
+    def _items(self) -> Self:
+        return self  # as the core asks for them
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._items)
-
-    def __len__(self) -> int:
-        return len(self._items)
-
-    def values(self) -> ValuesView[T]:
-        return self._items.values()
-
-    def __hash__(self) -> int:
-        return hash(frozenset(self._items.items()))
-
-    def __repr__(self) -> str:
-        return repr(self._items)
-
-    def __reduce__(self) -> tuple[type[Self], tuple[dict[str, T]]]:
-        return type(self), (self._items,)
+    def __hash__(self) -> int:  # type: ignore[override]
+        return hash(frozenset(self.items()))
 
 
 class Points(Named[Vector]):
     """Positions [m] by name."""
-
-    __slots__ = ()
 
     @staticmethod
     def _converted(value: Any) -> Any:
@@ -93,8 +70,6 @@ class Points(Named[Vector]):
 
 class Constants(Named[float]):
     """Numbers by name."""
-
-    __slots__ = ()
 
     @staticmethod
     def _converted(value: Any) -> Any:

@@ -130,8 +130,15 @@ def tradeoff(
         checks.add("progress", f"must be None, True or callable, got {progress!r}", wrong_type=True)
     accepted = (*SpanOptions.__annotations__, "outputs")
     span = Settings.gathered(checks, settings, {"outputs": outputs, **options}, accepted=accepted)
-    settings = dataclasses.replace(span, method=REFERENCE_METHODS[0], features=(), cycles=1, **tight_limits)
-    settings = settings.fitted(scene.check())
+    settings = dataclasses.replace(
+        span,
+        method=REFERENCE_METHODS[0],
+        features=(),
+        cycles=1,
+        position_tolerance=None,
+        velocity_tolerance=None,
+        **tight_limits,
+    ).fitted(scene.check())
     if settings.outputs is None:
         # A contact state is a yes or no: its error is 1 as soon as an impact falls between other samples.
         columns = tuple(name for name in scene.check().columns if not name.endswith(".contact"))
