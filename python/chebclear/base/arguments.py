@@ -15,6 +15,7 @@ from numpy.random import Generator, default_rng
 from ..errors import ArgumentError, ArgumentTypeError, InputError, Problem, is_plain
 from .shown import listed
 
+# Longer names get no suggestion [-]: the time grows with the product of lengths, and nobody mistypes a line.
 _LONGEST_NAME = 100
 MOST_SEED = 2**64 - 1
 """Largest seed of random points."""
@@ -83,7 +84,6 @@ def suggested(names: Iterable[str]) -> str:
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
     """``'; did you mean "..."?'`` with what a wrong name may stand for or is nearest to, or nothing."""
-    # The time grows with the product of the lengths, and nobody mistypes what is longer than a line.
     if len(str(name)) > _LONGEST_NAME:
         return ""
     # Upper and lower case count least: "Slider.X" is closer to "slider.x" than to "slider.y".

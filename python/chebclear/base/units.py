@@ -112,6 +112,7 @@ _QUANTITY = re.compile(rf"\s*({_NUMBER})\s+([^\s*+/()-].*?)\s*")
 _GLUED = re.compile(rf"\s*({_NUMBER})([^\s0-9.*+/()-].*?)\s*")
 _FACTOR = re.compile(r"([^\s*/^0-9.()]+)(?:\^?\(?(-?[0-9]+(?:\.[0-9]+)?)\)?)?")
 _RAISED = str.maketrans("\u00b2\u00b3\u2074\u00b7", "234*")
+# Characters of a quantity [-]: the longest that make sense have thirty.
 MOST_CHARACTERS = 100
 
 

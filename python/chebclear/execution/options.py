@@ -12,7 +12,7 @@ from ..base.units import unit
 
 OnFailure = Literal["collect", "raise"]
 
-MOST_THREADS = 1024
+MOST_THREADS = 1024  # beyond any machine; each has a stack
 
 
 @dataclass(frozen=True)

@@ -32,8 +32,7 @@ LEAST_RTOL, MOST_RTOL = _core.RTOL_RANGE
 """Relative tolerances that are accepted [-]."""
 MOST_SAMPLES = _core.MOST_SAMPLES
 """Samples of a run that are accepted [-]."""
-MAX_STEPS = 10_000_000
-MAX_EVENTS = 1_000_000
+MAX_STEPS, MAX_EVENTS = 10_000_000, 1_000_000  # some minutes of work
 
 # Placeholders for fields that are missing or of a wrong type, so that the core can check the others.
 _EXAMPLE: dict[str, Any] = {"duration": 1.0, "samples": 2}

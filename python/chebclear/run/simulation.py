@@ -26,9 +26,6 @@ from .trajectory import EndState, Stats, Trajectory
 # companion uses another method: one companion, or two of one method, too often have the same error as the run
 # (docs/decisions.md).
 _TIGHTER = (10.0, 100.0)
-# Parts of the total work that are done after the run itself and after its first companion. The companions
-# cost 1.4 and 1.9 times as much as the run, in the median over the scenes of `benchmarks/claims.py`.
-_OWN_SHARE, _FIRST_SHARE = 0.23, 0.56
 
 
 @with_settings(RunOptions, "outputs", "features")
@@ -121,12 +118,11 @@ def simulate(
         changes = continuation(scene, start, settings)
 
     with _reporter(progress) as report:
-        own = _share(report, 0.0, 1.0 if error is None else _OWN_SHARE)
-        trajectory = run_scene(scene, settings, own, start)
+        reports = [report] if error is None else [_third(report, place) for place in range(3)]
+        trajectory = run_scene(scene, settings, reports[0], start)
         trajectory = dataclasses.replace(trajectory, notices=changes + trajectory.notices)
         if error is not None and (trajectory.success or on_failure == "return"):
-            shares = (_share(report, _OWN_SHARE, _FIRST_SHARE), _share(report, _FIRST_SHARE, 1.0))
-            companions = _companions(trajectory, start, shares)
+            companions = _companions(trajectory, start, reports[1:])
             estimate = _estimate(trajectory, companions)
             lost = past_horizon(estimate, settling_time(scene), trajectory.end_time)
             trajectory = dataclasses.replace(trajectory, error=estimate, notices=trajectory.notices + lost)
@@ -214,11 +210,9 @@ def _estimate(run: Trajectory, companions: Sequence[Trajectory]) -> ErrorEstimat
     )
 
 
-def _share(
-    report: Callable[[float], None] | None, start: float, end: float
-) -> Callable[[float], None] | None:
-    """A progress function for the part of the work between two shares of the total."""
-    return None if report is None else lambda share: report(start + (end - start) * share)
+def _third(report: Callable[[float], None] | None, place: int) -> Callable[[float], None] | None:
+    """A progress function for one of three runs; the companions take 1.4 and 1.9 times as long as the run."""
+    return None if report is None else lambda share: report((place + share) / 3.0)
 
 
 @contextmanager

@@ -35,7 +35,7 @@ from .result import Tradeoff
 MOST_MEASURED_STEPS = 1_000_000
 
 RTOLS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
-REFERENCE_RTOL = 1e-12
+REFERENCE_RTOL = 1e-12  # ten times tighter adds rounding only
 # Two methods of different order and tableau. Both keep their tolerance where a friction law has kinks, which
 # the explicit method does not always (docs/decisions.md), and differ by 4e-10 m/s of 22 m/s on the paper's
 # mechanism as printed and by 2e-7 m/s on the corrected one; tighter tolerances only add rounding.

@@ -26,8 +26,6 @@ WIDTH_ERRORS = (0.5, 0.25, 0.1, 0.05)
 
 DPI = 150
 _PANEL = (5.0, 5.0)  # [inch]
-_COLUMNS = 2
-_PANELS = 4
 
 
 def tradeoff_document(result: Tradeoff, title: str | None) -> Document:
@@ -138,8 +136,8 @@ def figure(result: Tradeoff) -> Figure:
     """The work-precision plots of up to four outputs; of more, the four with the largest errors."""
     from matplotlib.figure import Figure
 
-    names = result.hardest_outputs(_PANELS)
-    columns = min(_COLUMNS, len(names))
+    names = result.hardest_outputs(4)
+    columns = min(2, len(names))
     rows = -(-len(names) // columns)
     made = Figure(figsize=(_PANEL[0] * columns, _PANEL[1] * rows), layout="constrained")
     for index, name in enumerate(names):
