@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 # Revolutions of a piece that keep whole orders apart: Hann's window spreads a line over two on each side.
 _APART = 4
-# Parts of the run that are one piece each, and samples of a piece at least: more scatter less, with wider lines.
+# Pieces of a run, and samples of a piece at least: more pieces scatter less and have wider lines.
 _PIECES = 8
 _LEAST_SAMPLES = 8
 # A hundredth of the power in the last tenth of the lines: as much again may have been folded down from above.
