@@ -23,10 +23,6 @@ mod scene {
     mod time_functions;
 }
 
-mod tree {
-    mod kinematics;
-}
-
 mod dynamics {
     pub(crate) mod cartesian;
     pub(crate) mod constraints;
@@ -66,7 +62,6 @@ mod run {
     mod energy;
     mod impact_floor;
     mod oracles;
-    mod reference;
     mod restart;
     pub(crate) mod scaling;
     mod tables;

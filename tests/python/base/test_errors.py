@@ -7,6 +7,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear.base.arguments import Checks, did_you_mean
+from refusals import refuses
 
 PROBLEMS = [("bodies[0].mass", "must be > 0 [kg], got -1"), ("joints[2]", "is missing")]
 
@@ -54,8 +55,7 @@ def test_checks_collect_problems_and_tell_wrong_types_from_wrong_values():
     checks.word("method", "rodas5", ["rodas5p", "rodas4"])
     with pytest.raises(cc.errors.ArgumentError) as caught:
         checks.finish()
-    names = [line.partition(" ")[0] for line in str(caught.value).splitlines()]
-    assert names == ["length", "share", "count", "method"]
+    assert [problem.path for problem in caught.value.problems] == ["length", "share", "count", "method"]
 
 
 @pytest.mark.parametrize("value", [np.float32(0.5), np.int64(3), np.array(2.5), 7, 0.25])
@@ -73,7 +73,7 @@ def test_checks_accept_the_numbers_of_python_and_numpy(value):
 def test_checks_refuse_what_is_no_finite_number(value):
     checks = Checks()
     checks.real("x", value, "m")
-    with pytest.raises((TypeError, ValueError), match="x must be a finite number"):
+    with refuses("x"):
         checks.finish()
 
 

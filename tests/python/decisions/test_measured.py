@@ -103,10 +103,7 @@ def test_what_is_wrong_with_a_file_is_told_at_once(tmp_path):
         cc.load_measured(
             path, {"rod.x": "rod"} | {f"slider.{one}": f"slider.{one}" for one in ("x", "vx", "ax")}
         )
-    told = str(caught.value)
-    assert isinstance(caught.value, ValueError)
-    for part in ("t or angle", "rod.x", "slider.x", "slider.vx", "slider.ax"):
-        assert any(line.startswith(part) for line in told.splitlines()), part
+    assert len(caught.value.problems) == 5
     for columns in ({"slider.x": "slider.ax"}, {"slider.ax": "slider.ax [mm/s2]"}, {"a": "slider.vx [m/z]"}):
         with pytest.raises(cc.errors.ArgumentError):
             cc.load_measured(written(tmp_path, text.replace("nothing", "1")), columns, t="time")
@@ -128,7 +125,7 @@ def test_traces_that_fit_no_band_are_refused(band):
             trace.compare(band)
     with pytest.raises(cc.errors.ArgumentError) as caught:
         Measured({"x": T[1:], "y": np.where(T > 0.5, np.nan, T)}, t=T[::-1])
-    assert len(str(caught.value).splitlines()) == 2  # one is not finite, one too short
+    assert len(caught.value.problems) == 2  # one is not finite, one too short
     for wrong in ({"t": T[::-1]}, {"angle": 2.0 * np.arange(101.0)}, {}):
         with pytest.raises(cc.errors.ArgumentError):
             Measured({"x": T}, **wrong)

@@ -3,6 +3,7 @@
 import chebclear as cc
 import numpy as np
 import pytest
+from refusals import refuses
 
 G = 9.81
 
@@ -60,7 +61,7 @@ def test_a_pendulum_hangs_stably_and_stands_unstably():
     assert len(standing) == 0
     np.testing.assert_allclose(standing.decays, [-rate, rate], rtol=1e-6)
     assert "unstable: 1 motion " in str(standing)
-    with pytest.warns(cc.ChebclearWarning, match="no equilibrium"):
+    with pytest.warns(cc.ChebclearWarning):
         assert not cc.modes(pendulum(0.8)).at_rest
 
 
@@ -83,7 +84,7 @@ def test_a_pendulum_in_a_bearing_is_a_double_pendulum_on_a_spring():
     np.testing.assert_allclose(found.frequencies, np.sort(expected) / (2 * np.pi), rtol=1e-6)
     # In free flight nothing pulls the journal back.
     free = cc.Scene([bob], [joint], [cc.Gravity((0.0, -G))])
-    with pytest.warns(cc.ChebclearWarning, match="no equilibrium"):
+    with pytest.warns(cc.ChebclearWarning):
         assert len(cc.modes(free)) == 0
 
 
@@ -153,7 +154,7 @@ def test_an_animation_goes_through_a_period_of_the_mode(tmp_path):
 def test_bad_input():
     with pytest.raises(cc.errors.ArgumentTypeError):
         cc.modes("scene")
-    with pytest.raises(TypeError, match=r"run\.end"):
+    with pytest.raises(cc.errors.ArgumentTypeError):
         cc.modes(masses(), "end")
     with pytest.raises(cc.errors.StartError):
         cc.modes(masses(), cc.simulate(pendulum(0.1), duration=0.01, samples=2).end)
@@ -161,9 +162,9 @@ def test_bad_input():
     with pytest.raises(cc.errors.ArgumentError):
         cc.modes(driven)
     for draw in (cc.modes(masses()).plot, cc.modes(masses()).animate):
-        with pytest.raises(ValueError, match="mode"):
+        with refuses("mode", "size", error=ValueError):
             draw(3, size=-1.0)
-    with pytest.raises(ValueError, match="frames"):
+    with refuses("frames", "rate", error=ValueError):
         cc.modes(masses()).animate(frames=1, rate=0)
     with pytest.raises(cc.errors.ArgumentError):
         cc.modes(pendulum(np.pi)).animate()

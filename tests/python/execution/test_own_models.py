@@ -352,17 +352,6 @@ def test_a_study_that_is_refined_reuses_all_runs(tmp_path, counted):
     assert len(counted) - 25 - 26 == 30  # 26 by the study without a store
 
 
-@pytest.mark.parametrize("content", [None, "", "[]"])
-def test_a_lost_head_costs_no_call(tmp_path, counted, content):
-    first = stored(tmp_path).scan(3)
-    (tmp_path / "store.json").unlink()
-    if content is not None:
-        (tmp_path / "store.json").write_text(content)
-    del counted[:]
-    assert stored(tmp_path).scan(3)["x"] == first["x"] and not counted
-    assert stored(tmp_path, outputs=["y"]).scan(3)["y"] == first["y"] and not counted
-
-
 def test_a_run_that_failed_is_called_again(tmp_path, counted, monkeypatch):
     monkeypatch.setenv("CHEBCLEAR_TEST_LICENSE", "no")
     result = stored(tmp_path, licensed).sample(6)
@@ -378,23 +367,6 @@ def licensed(a, b):
     if a < 0.97 and os.environ["CHEBCLEAR_TEST_LICENSE"] == "no":
         no_license()
     return line(a, b)
-
-
-def test_another_model_is_refused_with_the_difference(tmp_path):
-    def made(scale):
-        def model(a, b, shift=0.0):
-            return {"t": T, "x": scale * a * T - b + shift}
-
-        return model
-
-    study = cc.Study(made(1.0), BOX, store=tmp_path, fixed={"shift": 1.0})
-    study.scan(2)
-    for other, fixed in ((made(2.0), {"shift": 1.0}), (made(1.0), {"shift": 2.0}), (made(1.0), {})):
-        with pytest.raises(cc.errors.StoreError):
-            cc.Study(other, BOX, store=tmp_path, fixed=fixed).scan(2)
-    assert cc.Study(made(1.0), BOX, store=tmp_path, fixed={"shift": 1.0}).scan(2) == study.scan(2)
-    with pytest.raises(ValueError):
-        cc.Study(made(x for x in T), BOX, store=tmp_path).scan(2)
 
 
 class Locked:

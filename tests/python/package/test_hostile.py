@@ -10,6 +10,7 @@ from pathlib import Path
 import chebclear as cc
 import numpy as np
 import pytest
+from refusals import refuses
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +43,7 @@ def test_facts_that_say_something_else_are_refused(tmp_path, saved, name, value)
     facts = json.loads(str(saved["metadata"]))
     (facts["record"] if name in facts["record"] else facts)[name] = value
     np.savez(tmp_path / "study.npz", **saved | {"metadata": np.array(json.dumps(facts))})
-    with pytest.raises(ValueError, match=r"study\.npz"):
+    with pytest.raises(cc.errors.ArgumentError):
         cc.load_result(tmp_path / "study.npz")
 
 
@@ -56,7 +57,7 @@ def test_a_member_that_is_not_listed_is_not_unpacked(tmp_path, saved, monkeypatc
         return real(*given, **options)
 
     monkeypatch.setattr(np.lib.format, "read_array", counted)
-    with pytest.raises(ValueError, match="zeros"):
+    with pytest.raises(cc.errors.ArgumentError):
         cc.load_result(path)
     # The metadata alone, asked for the kind and for the list.
     assert 1 <= len(read) <= 2
@@ -74,7 +75,7 @@ def test_a_header_that_claims_a_petabyte_takes_no_memory(tmp_path, saved, victim
             content = io.BytesIO()
             np.save(content, array)
             archive.writestr(f"{name}.npy", (header if name == victim else content).getvalue())
-    with pytest.raises(ValueError, match=r"study\.npz"):
+    with pytest.raises(cc.errors.ArgumentError):
         cc.load_result(path)
 
 
@@ -115,5 +116,5 @@ def test_what_is_no_text_is_no_name(name):
 
 
 def test_whole_numbers_that_no_machine_holds_are_told_by_name():
-    with pytest.raises(cc.errors.ArgumentError, match="max_events"):
+    with refuses("max_events"):
         cc.simulate(cc.mechanisms.slider_crank(), duration=1e-4, samples=3, max_events=10**400)

@@ -1,14 +1,13 @@
 """What is refused before anything is computed, and what the message says."""
 
-import math
 import subprocess
 import sys
 
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear.base.arguments import Checks
 from chebclear.execution import pieces as study_pieces
+from refusals import refuses
 
 TIME = {"duration": 0.1, "samples": 11}
 SIDES = {"gravity": cc.Interval(8.0, 11.0), "mass": cc.Interval(1.0, 2.0)}
@@ -26,25 +25,16 @@ def unbuildable(gravity, mass):
     raise AssertionError("no scene may be built")
 
 
-def test_whole_numbers_have_an_upper_limit():
-    checks = Checks()
-    assert checks.whole("samples", 10, least=2, most=10) == 10
-    checks.finish()
-    checks.whole("samples", 11, least=2, most=10)
-    with pytest.raises(ValueError, match="samples"):
-        checks.finish()
-
-
 @pytest.mark.parametrize(
     ("name", "most"),
     [("samples", 10_000_000), ("max_steps", 2**53), ("max_events", 2**53), ("threads", 1024)],
 )
 def test_counts_beyond_what_can_be_computed_are_refused(name, most):
     for value in (most + 1, 10**30):
-        with pytest.raises(ValueError, match=rf"^{name} .*{most}"):
+        with refuses(name):
             cc.Study(faller, SIDES, **(TIME | {name: value}))
         if name != "threads":
-            with pytest.raises(ValueError, match=rf"^{name} .*{most}"):
+            with refuses(name):
                 cc.simulate(faller(), **(TIME | {name: value}))
     cc.Study(faller, SIDES, **(TIME | {name: most}))
 
@@ -105,13 +95,6 @@ except MemoryError as error:
     assert done.stdout.startswith("MemoryError: ")
 
 
-def test_fixed_must_be_a_mapping():
-    with pytest.raises(TypeError, match="fixed"):
-        cc.Study(faller, SIDES, fixed=3, **TIME)
-    with pytest.raises(ValueError, match="fixed"):
-        cc.Study(faller, SIDES, fixed=["mass"], duration=-1.0, samples=11)
-
-
 class Direct:
     """An executor that computes when it is asked."""
 
@@ -140,14 +123,6 @@ def test_problems_of_no_scene_are_not_blamed_on_the_first(monkeypatch, executor)
     assert caught.value.problems == problems[:1]
 
 
-@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf, 10**400])
-def test_the_slider_crank_names_arguments_out_of_range(value):
-    positive = ("crank_length", "rod_length", "journal_radius", "young_modulus")
-    with pytest.raises(cc.errors.SceneError) as caught:
-        cc.mechanisms.slider_crank(**dict.fromkeys(positive, value), restitution="high")
-    assert {path for path, _ in caught.value.problems} == {*positive, "restitution"}
-
-
 @pytest.mark.parametrize("name", ["crank_length", "rod_length", "crank_angle", "clearance", "poisson_ratio"])
 @pytest.mark.parametrize("value", [1e200, np.float64(1e200), 10**400], ids=["float", "numpy", "int"])
 def test_huge_numbers_are_no_overflow(name, value):
@@ -158,18 +133,10 @@ def test_huge_numbers_are_no_overflow(name, value):
     assert value < 1e300 and name in ("crank_angle", "clearance")
 
 
-def test_results_of_studies_are_compared_with_nothing_else():
-    result = cc.Study(faller, SIDES, **TIME).scan(2)
-    for pair in ((result, result["block.y"]), (3, result)):
-        with pytest.raises(cc.errors.ArgumentTypeError):
-            cc.compare(*pair)
-
-
 def test_a_drive_too_fast_for_numbers_is_named():
     for scene in (cc.mechanisms.slider_crank, cc.mechanisms.six_bar):
-        with pytest.raises(cc.errors.SceneError, match='"drive"') as raised:
+        with refuses("drives"):  # and no singular mass matrix of its body
             scene(crank_speed=1e300).check()
-        assert "singular" not in str(raised.value)
 
 
 def test_forces_too_large_for_numbers_are_no_singular_mass_matrix():

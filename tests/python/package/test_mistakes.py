@@ -1,11 +1,8 @@
 """What a user gets wrong is said at once, by a typed error or a warning that names it."""
 
-import copy
 import dataclasses
 import importlib
 import math
-import pickle
-import re
 
 import chebclear as cc
 import numpy as np
@@ -16,6 +13,7 @@ from chebclear.paper import case_study as paper
 from chebclear.run import memory, settings
 from chebclear.scene.columns import column_words
 from chebclear.tradeoffs import report as tradeoff_output
+from refusals import refuses
 
 MECHANISMS = cc.mechanisms
 QUIET = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
@@ -26,15 +24,15 @@ QUIET = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 @pytest.mark.parametrize("clearance", [0.0, np.float64(0.0), -1e-5, math.nan, math.inf, {"wrist": 0.0}])
 def test_a_clearance_that_is_none_is_one_problem(clearance):
     # And not a second one of the stiffness that Hertz makes of it.
-    with pytest.raises(cc.errors.SceneError, match=r"^clearance(\.wrist)?: ") as raised:
+    with refuses("clearance.wrist" if isinstance(clearance, dict) else "clearance"):
         MECHANISMS.slider_crank(clearance=clearance)
-    assert len(raised.value.problems) == 1
 
 
 def test_a_clearance_larger_than_its_journal():
-    with pytest.warns(cc.ChebclearWarning, match="0.02.*2.041"):
+    with pytest.warns(cc.ChebclearWarning):
         run = cc.simulate(MECHANISMS.slider_crank(clearance=0.02), duration=1e-4, samples=3)
-    assert len(run.warnings) == 1
+    (notice,) = run.notices
+    assert (notice.code, notice.about) == ("large_clearance", ("joints[3].clearance",))
     study = cc.Study(
         MECHANISMS.slider_crank,
         {"clearance": cc.Interval(0.0025, 0.0035)},
@@ -43,8 +41,9 @@ def test_a_clearance_larger_than_its_journal():
         samples=3,
     )
     # 2.5, 3 and 3.5 mm, and 3 mm once more as the midpoint, beside 0.3 x 9.8 mm.
-    with pytest.warns(cc.ChebclearWarning, match=r"3 of 4.*0\.003.*0\.0035"):
-        study.scan(3)
+    with pytest.warns(cc.ChebclearWarning):
+        (notice,) = study.scan(3).notices
+    assert notice.code == "large_clearance" and notice.numbers["runs"] == 3 and notice.numbers["of_runs"] == 4
     # One warning, although the numbers are written in different ways.
     study = cc.Study(
         lambda size: MECHANISMS.slider_crank(clearance=2.0 * size, journal_radius=size),
@@ -53,8 +52,9 @@ def test_a_clearance_larger_than_its_journal():
         duration=1e-9,
         samples=3,
     )
-    with pytest.warns(cc.ChebclearWarning, match="4 of 4"):
-        study.scan(3)
+    with pytest.warns(cc.ChebclearWarning):
+        (notice,) = study.scan(3).notices
+    assert notice.numbers["runs"] == 4
 
 
 def test_a_ball_may_be_smaller_than_its_box():
@@ -153,25 +153,6 @@ def test_a_plot_over_another_column_shows_it_too():
 # --- files ----------------------------------------------------------------------------------------------
 
 
-def test_a_damaged_file(tmp_path):
-    run = cc.simulate(MECHANISMS.slider_crank(), duration=1e-4, samples=201)
-    file = run.save(tmp_path / "run")
-    whole = file.read_bytes()
-    for start in range(0, len(whole), max(1, len(whole) // 60)):
-        damaged = bytearray(whole)
-        for index in range(start, min(start + 40, len(whole))):
-            damaged[index] ^= 0x5A
-        file.write_bytes(damaged)
-        try:
-            # Bytes that no reader looks at, such as dates of an archive, may be anything.
-            assert cc.Trajectory.load(file) == run
-        except ValueError as error:
-            assert re.search(r"damaged|not written by chebclear", str(error))
-        file.write_bytes(whole[:start])
-        with pytest.raises(cc.errors.ArgumentError):
-            cc.Trajectory.load(file)
-
-
 @pytest.mark.parametrize("command", [["paper"], ["tradeoff", "--rtols", "1e-3"]])
 def test_a_directory_that_cannot_be_written_is_found_before_the_runs(command, tmp_path, monkeypatch, capsys):
     def never(*given, **options):
@@ -232,6 +213,12 @@ def test_figures_show_the_outputs_that_are_hard(tmp_path):
 # --- going on with another scene ------------------------------------------------------------------------
 
 
+def told(run, code):
+    """What the only notice of a code is about."""
+    (about,) = [notice.about for notice in run.notices if notice.code == code]
+    return about
+
+
 def block(gravity, speed=0.0):
     """A block in a vertical guide."""
     return cc.Scene(
@@ -244,12 +231,12 @@ def block(gravity, speed=0.0):
 
 def test_another_load_acts_from_there_on():
     up = cc.simulate(block(10.0, speed=6.0), duration=0.5, samples=11)
-    with pytest.warns(cc.ChebclearWarning, match=r"acceleration\[1\].*-10.*-2"):
+    with pytest.warns(cc.ChebclearWarning):
         down = cc.simulate(block(2.0), duration=1.0, samples=21, start=up.end)
     since = down.t - 0.5
     height, speed = 6.0 * 0.5 - 10.0 * 0.5**2 / 2.0, 6.0 - 10.0 * 0.5
     np.testing.assert_allclose(down["block.y"], height + speed * since - since**2, atol=1e-12)
-    assert [message for message in down.warnings if "now -2" in message]
+    assert told(down, "other_scene") == ("forces[0].acceleration[1]",)
 
 
 def test_the_same_scene_goes_on_without_a_word(recwarn):
@@ -275,12 +262,13 @@ def test_another_speed_that_goes_on_from_there():
     (drive,) = faster.drives
     # 50 t until 0.01 s, from there on 80 rad/s.
     drive = dataclasses.replace(drive, angle=drive.angle + (50.0 - 80.0) * 0.01)
-    with pytest.warns(cc.ChebclearWarning, match=r"drives\.drive\.speed: 50, now 80"):
+    with pytest.warns(cc.ChebclearWarning):
         more = cc.simulate(
             dataclasses.replace(faster, drives=[drive]), duration=0.01, samples=11, start=run.end
         )
     turned = more["crank.angle"] - run["crank.angle"][-1]
     np.testing.assert_allclose(turned, 80.0 * (more.t - 0.01), atol=1e-12)
+    assert "drives.drive.speed" in told(more, "other_scene")
 
 
 @QUIET
@@ -299,14 +287,14 @@ def test_a_scene_goes_on_where_the_table_of_its_drive_ends():
         more = cc.simulate(driven(motion), duration=1.0, samples=6, start=run.end)
         expected = motion.values if isinstance(motion, cc.motions.Table) else math.sin(1.0)
         np.testing.assert_allclose(more["block.x"], expected, atol=1e-12)
-    with pytest.raises(cc.errors.StartError, match=r"0\.841471.*0\.9"):
+    with refuses("start", error=cc.errors.StartError):
         cc.simulate(driven(cc.motions.Polynomial((0.9,))), duration=1.0, samples=6, start=run.end)
 
 
 @QUIET
 def test_another_length_would_tear_the_mechanism_apart():
     run = cc.simulate(MECHANISMS.slider_crank(), duration=0.01, samples=11)
-    with pytest.raises(cc.errors.StartError, match="2e-05"):
+    with refuses("start", error=cc.errors.StartError):
         cc.simulate(MECHANISMS.slider_crank(rod_length=0.13), duration=0.01, samples=11, start=run.end)
 
 
@@ -327,11 +315,10 @@ def test_loops_that_would_not_close():
 def test_another_length_would_make_a_prescribed_mechanism_jump():
     ideal = {"clearance_at": ()}
     run = cc.simulate(MECHANISMS.four_bar(**ideal), duration=0.01, samples=11)
-    with pytest.raises(cc.errors.StartError, match='"crank_pin"') as raised:
+    with refuses("start", error=cc.errors.StartError):
         cc.simulate(
             MECHANISMS.four_bar(coupler_length=0.101, **ideal), duration=0.01, samples=11, start=run.end
         )
-    assert len(raised.value.problems) == 1
     more = cc.simulate(
         MECHANISMS.four_bar(coupler_mass=0.3, **ideal), duration=0.01, samples=11, start=run.end
     )
@@ -343,23 +330,18 @@ def test_the_angle_of_a_pin_is_no_displacement():
     pinned = cc.Scene([bob], [cc.Revolute("joint", "ground", "bob.A")], [cc.Gravity((1.0, -9.81))])
     guided = dataclasses.replace(pinned, joints=[cc.Prismatic("joint", "ground", "bob.A", axis=(1.0, 0.0))])
     run = cc.simulate(pinned, duration=0.5, samples=11)
-    with pytest.raises(cc.errors.StartError, match='"joint"'):
+    with refuses("start", error=cc.errors.StartError):
         cc.simulate(guided, duration=0.5, samples=11, start=run.end)
 
 
 def test_a_worn_bearing_is_no_other_mechanism():
     run = cc.simulate(MECHANISMS.slider_crank(clearance=2e-5), duration=0.01, samples=11)
-    with pytest.warns(cc.ChebclearWarning, match=r"joints\.wrist\.clearance: 2e-05, now 2.1e-05"):
+    with pytest.warns(cc.ChebclearWarning):
         worn = cc.simulate(
             MECHANISMS.slider_crank(clearance=2.1e-5), duration=1e-3, samples=11, start=run.end
         )
     assert worn["slider.x"][0] == pytest.approx(run["slider.x"][-1], abs=2e-6)
-
-
-def test_an_end_is_a_value():
-    end = cc.simulate(block(10.0), duration=0.5, samples=11).end
-    assert end == pickle.loads(pickle.dumps(end)) and hash(end) == hash(copy.deepcopy(end))
-    assert repr(end) == "<EndState: t = 0.5 s>"
+    assert "joints.wrist.clearance" in told(worn, "other_scene")
 
 
 # --- the error of one run -------------------------------------------------------------------------------

@@ -18,6 +18,7 @@ from chebclear.plots.drawing.pen import strokes_of
 from chebclear.plots.drawing.pose import Pose, simulated_poses
 from chebclear.plots.drawing.strokes import Enlarged
 from PIL import Image
+from refusals import refuses
 
 
 def press():
@@ -240,16 +241,14 @@ def test_without_clearance_there_is_nothing_to_magnify(tmp_path):
 def test_what_is_wrong_is_said(run, tmp_path):
     with pytest.raises(cc.errors.ArgumentError):
         cc.animate(run, frames=3).save(tmp_path / "press.avi")
-    with pytest.raises(TypeError, match="run"):
+    with pytest.raises(cc.errors.ArgumentTypeError):
         cc.animate(run.scene)
-    with pytest.raises(ValueError, match=r'"wirst".*"wrist"') as caught:
+    with refuses("start", "frames", "exaggerate", "joint"):
         cc.animate(run, joint="wirst", frames=1, start=-1.0, exaggerate=0.5)
-    assert "exaggerate must be" in str(caught.value)
-    assert "frames must be" in str(caught.value) and "start must be" in str(caught.value)
-    with pytest.raises(cc.errors.ArgumentError, match=r"spring\.force"):
+    with refuses("run"):
         cc.animate(run, "spring.force")
     short = cc.simulate(press(), duration=0.01, samples=11, outputs=["wrist.*", "ram.*"])
-    with pytest.raises(cc.errors.ArgumentError, match=r"crank\.x"):
+    with pytest.raises(cc.errors.ArgumentError):
         cc.animate(short)
 
 

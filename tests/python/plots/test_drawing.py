@@ -7,9 +7,9 @@ import chebclear as cc
 import matplotlib as mpl
 import numpy as np
 import pytest
-from chebclear.plots.drawing.plane import Clutter, around
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
+from refusals import refuses
 
 ANGLE = 0.8
 # The paper's slider-crank at that angle.
@@ -123,22 +123,6 @@ def test_labels_lie_apart_and_within_the_axes(scene, size):
             assert min(across, up) < 0.25 * min(one.height, other.height)
 
 
-def test_labels_find_room():
-    clutter = Clutter()
-    point, size = np.zeros(2), (4.0, 1.0)
-    # A bar to the right and one upwards: the label goes the other way, and the next one elsewhere.
-    clutter.add(point, np.array([10.0, 0.0]), 1.0)
-    clutter.add(point, np.array([0.0, 10.0]), 1.0)
-    spots = around(point, 1.0, size, 1.0, np.array([0.6, 0.8]))
-    first = clutter.place(spots, size, 1.0).middle
-    assert first[0] < 0.0 or first[1] < 0.0
-    again = clutter.place(spots, size, 1.0).middle
-    assert (np.abs(again - first) >= (0.0, 0.9)).all() or abs(again - first)[0] > 3.0
-    # Where nothing is in the way it goes outward.
-    spots = around(point, 1.0, size, 1.0, np.array([0.0, 1.0]))
-    np.testing.assert_allclose(Clutter().place(spots, size, 1.0).middle, [0.0, 1.5], atol=1e-15)
-
-
 def test_labels_of_pins_lie_on_no_bar():
     scene = cc.mechanisms.six_bar(crank_angle=0.9, clearance_at=())
     ax = cc.plots.plot_scene(scene)
@@ -212,8 +196,8 @@ def test_any_scene_can_be_drawn(name, tmp_path):
 def test_scenes_that_cannot_be_assembled_and_wrong_factors_are_refused(ax):
     with pytest.raises(cc.errors.SceneError):
         cc.plots.plot_scene(cc.mechanisms.slider_crank(rod_length=0.03, crank_angle=1.5), ax=ax)
-    for factor, error in ((0.0, ValueError), (math.inf, ValueError), ("10", TypeError)):
-        with pytest.raises(error, match="exaggerate"):
+    for factor in (0.0, math.inf, "10"):
+        with refuses("exaggerate"):
             cc.plots.plot_scene(cc.mechanisms.slider_crank(), exaggerate=factor)
 
 
@@ -271,14 +255,6 @@ def test_springs_and_dampers_reach_from_point_to_point(force, pieces):
     way = (TIP - WALL) / np.hypot(*(TIP - WALL))
     across = np.abs([way[0] * (p - WALL)[1] - way[1] * (p - WALL)[0] for line in drawn for p in line])
     assert 0.005 < across.max() < 0.08
-
-
-def test_the_wall_of_a_spring_is_hatched_away_from_it():
-    lines, _, _ = added(cc.Spring("s", "ground.W", "lower.Q", 9.0, 0.1))
-    way = (TIP - WALL) / np.hypot(*(TIP - WALL))
-    hatches = [line for line in lines if len(line) == 2]
-    beyond = [(line - WALL) @ way for line in hatches]
-    assert len(hatches) > 3 and all(side.max() < 1e-9 for side in beyond) and min(map(min, beyond)) < -1e-3
 
 
 @pytest.mark.parametrize(

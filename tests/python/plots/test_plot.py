@@ -1,6 +1,5 @@
 """Plots: what they return, label and leave alone; the short-time spectrum against known signals."""
 
-import itertools
 import subprocess
 import sys
 
@@ -210,19 +209,6 @@ def test_two_sensitivities_are_told_apart(bands, ax):
     ]
 
 
-@pytest.mark.parametrize(("rows", "height"), [(1, 3.0), (2, 5.0)])
-def test_a_long_label_stays_in_the_figure(bands, rows, height):
-    figure = Figure(figsize=(6.0, height), layout="constrained")
-    axes = np.ravel(figure.subplots(rows))
-    for ax in axes:
-        cc.plots.plot_sensitivity(bands[0]["wrist.penetration"], "crank_length", ax=ax, normalized=True)
-    figure.draw_without_rendering()
-    boxes = [ax.yaxis.label.get_window_extent() for ax in axes]
-    for box in boxes:
-        assert box.x0 >= 0.0 and box.y0 >= 0.0 and box.y1 <= figure.bbox.y1
-    assert all(above.y0 > below.y1 for above, below in itertools.pairwise(boxes))
-
-
 class TestShortTimeSpectrum:
     def test_sine(self):
         t = np.linspace(0.0, 0.06, 7201)
@@ -253,5 +239,5 @@ class TestShortTimeSpectrum:
     @pytest.mark.parametrize(("window", "overlap"), [(1e-6, 0.5), (1.0, 0.5), (2e-3, 1.0), (2e-3, -0.1)])
     def test_bad_arguments(self, window, overlap):
         t = np.linspace(0.0, 0.06, 7201)
-        with pytest.raises(ValueError, match="must"):
+        with pytest.raises(cc.errors.ArgumentError):
             spectra.short_time_spectrum(t, t, window=window, overlap=overlap)

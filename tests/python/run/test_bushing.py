@@ -5,7 +5,6 @@ import math
 import chebclear as cc
 import numpy as np
 import pytest
-from momenta import momenta
 from refusals import refused
 
 METHODS = ["rodas5p", "rodas4", "dop853", "adams"]
@@ -46,65 +45,6 @@ def test_a_body_on_a_bushing_oscillates_alike_in_all_directions(method):
     assert np.max(np.abs(run["energy.balance"])) < 1e-8
 
 
-FORMULAS = {
-    "stiffness": "300 + 2000*rubber.deflection**2",
-    "damping": "4 + 10*rubber.deflection",
-    "torsional_stiffness": "0.5 + 0.1*rubber.angle**2",
-    "torsional_damping": "0.01*(1 + abs(rubber.angle))",
-}
-
-
-@pytest.mark.parametrize(
-    "rubber", [(300.0, 4.0, 0.5, 0.01), tuple(FORMULAS.values())], ids=["numbers", "formulas"]
-)
-@pytest.mark.parametrize("method", METHODS)
-def test_two_free_bodies_keep_their_momenta(method, rubber):
-    """A bushing with damping, off center on turning bodies, makes no moment of its own."""
-    bodies = [
-        cc.Body("a", 1.0, 0.02, points={"P": (0.1, 0.05)}),
-        cc.Body("b", 0.5, 0.01, (0.02, 0.0), points={"P": (-0.1, 0.0)}),
-    ]
-    scene = cc.Scene(
-        bodies,
-        [],
-        [cc.Bushing("rubber", "a.P", "b.P", *rubber)],
-        start=[
-            cc.BodyStart("a", angle=0.0, angular_velocity=8.0),
-            cc.BodyStart("b", angle=0.2, angular_velocity=-15.0),
-        ],
-    )
-    names = [f"{body}.{name}" for body in "ab" for name in ("x", "y", "vx", "vy", "angular_velocity")]
-    run = cc.simulate(
-        scene, duration=1.0, samples=101, method=method, rtol=1e-10, outputs=[*names, "energy.*"]
-    )
-    for conserved in momenta(run):
-        np.testing.assert_allclose(conserved, conserved[0], atol=1e-9)
-    assert np.max(np.abs(run["energy.balance"])) < 1e-7
-    assert run["energy.damping_loss"][-1] > 0.1
-
-
-def test_without_damping_it_is_a_spring_of_no_length():
-    def scene(force):
-        return cc.Scene(
-            [cc.Body("bar", 1.0, 0.02, (0.1, 0.0), points={"A": (0.0, 0.0), "B": (0.3, 0.0)})],
-            [cc.Revolute("pin", "ground", "bar.A")],
-            [cc.Gravity((0.0, -9.81)), force],
-            ground={"W": (0.3, 0.1)},
-            start=[cc.JointStart("pin", position=0.2, velocity=20.0)],
-        )
-
-    outputs = ["bar.angle", "pin.reaction_x", "pin.reaction_y", "energy.balance"]
-    runs = [
-        cc.simulate(scene(force), duration=1.0, samples=101, method="rodas5p", rtol=1e-9, outputs=outputs)
-        for force in (
-            cc.Spring("link", "ground.W", "bar.B", 50.0, 0.0),
-            cc.Bushing("link", "ground.W", "bar.B", 50.0),
-        )
-    ]
-    for name in outputs[:3]:
-        np.testing.assert_allclose(runs[0][name], runs[1][name], rtol=0.0, atol=1e-10)
-
-
 @pytest.mark.parametrize("method", METHODS)
 def test_a_stiffness_that_grows_with_the_deflection_makes_the_oscillator_of_duffing(method):
     """m v^2 / 2 + k x^2 / 2 + c x^4 / 4 is constant, and so is the sum of kinetic energy and input."""
@@ -130,55 +70,6 @@ def test_a_stiffness_that_grows_with_the_deflection_makes_the_oscillator_of_duff
     np.testing.assert_allclose(run["energy.input"], 0.5 * m * v**2, atol=1e-6 * whole)
     np.testing.assert_allclose(run["rubber.force_x"], -k * x - c * x**3, rtol=1e-9, atol=1e-9)
     assert np.min(x) == pytest.approx(-x0, rel=1e-3)
-
-
-@pytest.mark.parametrize("method", METHODS)
-def test_formulas_of_numbers_are_numbers(method):
-    runs = [
-        cc.simulate(
-            cc.Scene(
-                [cc.Body("block", 2.0, 0.1, points={"P": (0.02, 0.01)})],
-                [],
-                [cc.Gravity((0.0, -9.81)), cc.Bushing("rubber", "ground", "block.P", *values)],
-                start=[cc.BodyStart("block", angle=0.3, angular_velocity=1.0)],
-            ),
-            duration=1.0,
-            samples=101,
-            method=method,
-            rtol=1e-9,
-            outputs=["block.*", "rubber.*", "energy.damping_loss"],
-        )
-        for values in ((200.0, 1.5, 5.0, 0.02), tuple(f"{n} + 0*time" for n in (200, 1.5, 5, 0.02)))
-    ]
-    assert runs[0].stats == runs[1].stats
-    for name in runs[0].columns:
-        size = np.max(np.abs(runs[0][name]))
-        np.testing.assert_allclose(runs[1][name], runs[0][name], rtol=0.0, atol=1e-12 * size)
-
-
-def test_formulas_of_a_scene_file_hold_its_parameters():
-    text = """
-[parameters]
-k = 200.0
-[[bodies]]
-name = "block"
-mass = 2.0
-inertia = 0.1
-[[joints]]
-type = "prismatic"
-name = "rail"
-a = "ground"
-b = "block"
-axis = [1.0, 0.0]
-[[forces]]
-type = "bushing"
-name = "rubber"
-a = "ground"
-b = "block"
-stiffness = "k*(1 + (rubber.deflection/0.01)**2)"
-"""
-    (force,) = cc.loads(text).scene().forces
-    assert dict(force.stiffness.constants) == {"k": 200.0}
 
 
 @pytest.mark.parametrize(

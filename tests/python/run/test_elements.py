@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 from loops import slider_crank
 
-GRAVITY = cc.Gravity((0.0, -9.81))
-
 
 def cart(forces=(), drives=(), start=(), axis=(1.0, 0.0)):
     """A cart of 2 kg on a rail."""
@@ -39,39 +37,6 @@ class TestFunctionsOfTime:
         for order, name in enumerate(["displacement", "velocity", "acceleration"]):
             np.testing.assert_allclose(run[f"rail.{name}"], truth(run.t, order), rtol=0.0, atol=1e-11)
         np.testing.assert_allclose(run["drive.force"], 2.0 * truth(run.t, 2), rtol=0.0, atol=1e-10)
-
-
-class TestOscillators:
-    def test_a_spring_pendulum_in_two_dimensions_follows_its_equations(self):
-        """A bob that cross slides let move anywhere but not turn, against SciPy in polar coordinates."""
-        solve = pytest.importorskip("scipy.integrate").solve_ivp
-        k, c, length, m = 40.0, 0.5, 0.3, 0.7
-        scene = cc.Scene(
-            [cc.Body("slide", 1e-12, 1e-12), cc.Body("bob", m, 0.1)],
-            [cc.Prismatic("x", "ground", "slide", (1.0, 0.0)), cc.Prismatic("y", "slide", "bob", (0.0, 1.0))],
-            [GRAVITY, cc.Spring("spring", "ground", "bob", k, length, c)],
-            start=[cc.JointStart("x", 0.3, 0.2), cc.JointStart("y", -0.2, 0.0)],
-        )
-
-        def motion(t, z):
-            r, angle, speed, turning = z
-            tension = k * (r - length) + c * speed
-            return [
-                speed,
-                turning,
-                r * turning**2 + 9.81 * math.cos(angle) - tension / m,
-                -(2.0 * speed * turning + 9.81 * math.sin(angle)) / r,
-            ]
-
-        r, angle = math.hypot(0.3, 0.2), math.atan2(0.3, 0.2)
-        start = [r, angle, 0.2 * math.sin(angle), 0.2 * math.cos(angle) / r]
-        run = cc.simulate(scene, duration=1.5, samples=31, rtol=1e-11, outputs=["spring.*", "bob.x", "bob.y"])
-        truth = solve(motion, (0.0, 1.5), start, "DOP853", run.t, rtol=1e-12, atol=1e-12).y
-        np.testing.assert_allclose(run["spring.length"], truth[0], rtol=0.0, atol=1e-7)
-        np.testing.assert_allclose(run["bob.x"], truth[0] * np.sin(truth[1]), rtol=0.0, atol=1e-7)
-        np.testing.assert_allclose(
-            run["spring.force"], k * (truth[0] - length) + c * truth[2], rtol=0.0, atol=1e-5
-        )
 
 
 def unit_speeds(angle):

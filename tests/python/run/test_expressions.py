@@ -1,6 +1,5 @@
 """Forces and torques that depend on the motion, against closed forms and independent codes."""
 
-import dataclasses
 import math
 
 import chebclear as cc
@@ -113,29 +112,6 @@ class TestLawsThatAreBuiltIn:
             np.testing.assert_allclose(runs[0][name], runs[1][name], rtol=0.0, atol=1e-10 * scale)
         assert np.max(np.abs(runs[1]["energy.balance"])) < 1e-5
 
-    def test_functions_of_time(self):
-        functions = {
-            "3 + 2*sin(7*time + 0.3)": cc.motions.Harmonic(2.0, 7.0, 0.3, 3.0),
-            "1 - 2*time + 0.5*time**2": cc.motions.Polynomial([1.0, -2.0, 0.5]),
-        }
-        for text, function in functions.items():
-            runs = [
-                cc.simulate(block(cc.Force("f", "block.P", x=x, y=0.0)), duration=2.0, samples=51, rtol=1e-11)
-                for x in (text, function)
-            ]
-            np.testing.assert_allclose(runs[0]["block.x"], runs[1]["block.x"], rtol=0.0, atol=1e-10)
-
-    @pytest.mark.parametrize("method", METHODS)
-    def test_a_torsion_spring_over_full_turns(self, method):
-        spring = cc.TorsionSpring("coil", "ground", "rotor", stiffness=0.5, damping=0.01)
-        written = cc.Torque("coil", "rotor", "-0.5*rotor.angle - 0.01*rotor.angular_velocity")
-        runs = [
-            cc.simulate(rotor(torque, speed=30.0), duration=5.0, samples=101, method=method, rtol=1e-9)
-            for torque in (spring, written)
-        ]
-        np.testing.assert_allclose(runs[0]["rotor.angle"], runs[1]["rotor.angle"], rtol=0.0, atol=2e-7)
-        assert np.max(np.abs(runs[0]["rotor.angle"])) > 4.0 * math.pi
-
 
 class TestTensions:
     """Springs and dampers with a further tension: preload and characteristic."""
@@ -149,24 +125,6 @@ class TestTensions:
         period = 4.0 * special.ellipk(0.25) / math.sqrt(2.0)
         run = cc.simulate(scene, duration=5.0 * period, samples=6, rtol=1e-11, outputs=["block.x"])
         np.testing.assert_allclose(run["block.x"], 1.0, rtol=0.0, atol=1e-8)
-
-    def test_a_study_of_a_preload(self):
-        def scene(preload):
-            return block(cc.Spring("coil", "ground.far", "block.P", 100.0, 10.0, tension=preload))
-
-        study = cc.Study(
-            scene,
-            {"preload": cc.Interval(-1.0, 1.0)},
-            ["block.x"],
-            duration=math.pi / 10,
-            samples=2,
-            rtol=1e-9,
-        )
-        band = study.scan(3)["block.x"]
-        assert (band.lower[-1], band.upper[-1]) == (
-            pytest.approx(-0.12, abs=1e-6),
-            pytest.approx(-0.08, abs=1e-6),
-        )
 
 
 class TestTables:
@@ -224,9 +182,9 @@ class TestTables:
 
     def test_a_run_ends_where_its_table_ends(self):
         table = Table([-0.2, 0.2], [1.0, 3.0], over="block.x")
-        with pytest.raises(cc.errors.SimulationError, match="outside_table") as caught:
+        with pytest.raises(cc.errors.SimulationError) as caught:
             cc.simulate(block(cc.Force("push", "block.P", x=table, y=0.0), x=0.0), duration=2.0, samples=11)
-        assert caught.value.load == "push" and caught.value.joint is None
+        assert (caught.value.reason, caught.value.load, caught.value.joint) == ("outside_table", "push", None)
         assert caught.value.trajectory.failed_load == "push"
         # x'' = 2 + 5 x from rest at 0
         assert caught.value.time == pytest.approx(
@@ -246,9 +204,10 @@ class TestSwitches:
     def test_dry_friction_takes_its_share_of_every_half_swing_and_ends_in_a_typed_error(self, method):
         """The amplitude falls by 2 f / k a half swing until the spring is weaker than friction."""
         scene = block(cc.Force("f", "block.P", x="-100*block.x - 1.3*sign(block.vx)", y=0.0))
-        with pytest.raises(cc.errors.SimulationError, match=r"held.*tanh") as caught:
+        with pytest.raises(cc.errors.SimulationError) as caught:
             cc.simulate(scene, duration=5.0, samples=5001, method=method, rtol=1e-9)
         run = caught.value.trajectory
+        assert caught.value.reason == "held"
         assert caught.value.time == pytest.approx(4.0 * math.pi / 10.0, rel=1e-7)
         x = run["block.x"]
         for half, extreme in enumerate([0.1, -0.074, 0.048, -0.022, -0.004]):
@@ -332,28 +291,6 @@ class TestKnownCurves:
         np.testing.assert_allclose(time, run.t, rtol=0.0, atol=1e-8)
         assert s[-1] < slip
 
-    @pytest.mark.parametrize("method", METHODS)
-    def test_van_der_pol(self, method):
-        """The period for mu = 5 is 11.612230667 (computed independently, to all digits shown)."""
-        force = cc.Force(
-            "f",
-            "block.P",
-            x=Expression("mu*(1 - block.x**2/a**2)*block.vx - k*block.x", {"mu": 5, "a": 1, "k": 1}),
-            y=0.0,
-        )
-        integrate = pytest.importorskip("scipy.integrate")
-        truth = integrate.solve_ivp(
-            lambda t, y: [y[1], 5.0 * (1.0 - y[0] ** 2) * y[1] - y[0]],
-            [0.0, 40.0],
-            [2.0, 0.0],
-            method="DOP853",
-            rtol=1e-12,
-            atol=1e-13,
-            t_eval=np.linspace(0.0, 40.0, 401),
-        )
-        run = cc.simulate(block(force, x=2.0), duration=40.0, samples=401, method=method, rtol=1e-9)
-        np.testing.assert_allclose(run["block.x"], truth.y[0], rtol=0.0, atol=2e-5)
-
 
 class TestScenes:
     def test_they_survive_json_and_copies(self):
@@ -404,16 +341,6 @@ class TestPrescribedMotions:
         np.testing.assert_allclose(run["rail.acceleration"], 0.24 * math.pi * np.sin(turn), atol=1e-13)
         np.testing.assert_allclose(run["cam.force"], 2.0 * run["rail.acceleration"], atol=1e-13)
         assert np.max(np.abs(run["energy.balance"])) < 1e-10
-
-    @pytest.mark.parametrize("method", METHODS)
-    def test_a_loop_with_play_driven_by_a_formula_agrees_with_the_harmonic_drive(self, method):
-        runs = []
-        for motion in ("0.5*sin(20*time)", cc.motions.Harmonic(0.5, 20.0)):
-            scene = cc.mechanisms.slider_crank()
-            drive = cc.motions.Motion("motor", scene.drives[0].joint, motion)
-            scene = dataclasses.replace(scene, drives=[drive])
-            runs.append(cc.simulate(scene, duration=0.02, samples=21, rtol=1e-8, method=method))
-        np.testing.assert_allclose(runs[0]["slider.x"], runs[1]["slider.x"], rtol=0.0, atol=1e-9)
 
     @pytest.mark.parametrize(
         "motion",

@@ -6,6 +6,7 @@ import math
 import chebclear as cc
 import numpy as np
 import pytest
+from refusals import refuses
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
@@ -287,14 +288,22 @@ class TestWrongArguments:
             with pytest.raises(cc.errors.ArgumentError):
                 call(cc.simulate(self.SCENE, duration=1e-3, samples=2))
 
-    @pytest.mark.parametrize("features", ["peak", [1.0], 3, [cc.features.peak("journal.x"), "journal.x"]])
-    def test_what_is_no_feature(self, features):
-        with pytest.raises(TypeError, match="features"):
+    @pytest.mark.parametrize(
+        ("features", "name"),
+        [
+            ("peak", "features"),
+            ([1.0], "features[0]"),
+            (3, "features"),
+            ([cc.features.peak("journal.x"), "journal.x"], "features[1]"),
+        ],
+    )
+    def test_what_is_no_feature(self, features, name):
+        with refuses(name, error=TypeError):
             cc.simulate(self.SCENE, duration=1e-3, samples=2, features=features)
 
     @pytest.mark.parametrize("cycles", [0, -1, 2.0, True, None, "all"])
     def test_cycles(self, cycles):
-        with pytest.raises((ValueError, TypeError), match="cycles"):
+        with refuses("cycles"):
             cc.simulate(self.SCENE, duration=1e-3, samples=2, cycles=cycles)
 
     def test_kinds_and_names(self):

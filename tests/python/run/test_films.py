@@ -6,6 +6,7 @@ import math
 import chebclear as cc
 import numpy as np
 import pytest
+from refusals import refuses
 
 RADIUS, LENGTH, CLEARANCE, VISCOSITY, ROUGHNESS = 0.02, 0.01, 4e-5, 0.02, 1e-7
 THICKNESS = CLEARANCE + ROUGHNESS
@@ -140,23 +141,6 @@ def test_the_energy_balance_closes(film):
     assert difference < 1e-4 * np.ptp(runs[0]["slider.vx"])
 
 
-def test_studies_vary_the_film():
-    def scene(viscosity):
-        film = cc.laws.ShortBearing(viscosity, LENGTH, ROUGHNESS)
-        return rotor(ocvirk(0.8, 100.0), 1.0, ratio=0.5, spin=100.0, film=film)
-
-    study = cc.Study(
-        scene,
-        {"viscosity": cc.Interval.around(0.02, rel=0.1)},
-        ["bearing.film_thickness"],
-        duration=0.5,
-        samples=6,
-    )
-    band = study.chebyshev(degree=3)["bearing.film_thickness"]
-    # A thinner oil carries the same load closer to the wall.
-    assert band.sensitivity("viscosity")[-1] > 0.0
-
-
 @pytest.mark.parametrize(
     ("film", "field"),
     [
@@ -167,5 +151,5 @@ def test_studies_vary_the_film():
     ],
 )
 def test_films_that_cannot_be_are_refused_by_field(film, field):
-    with pytest.raises(cc.ChebclearError, match=rf"joints\[0\]\.film\.{field}: "):
+    with refuses(f"joints[0].film.{field}"):
         rotor(1.0, 1.0, ratio=0.1, film=film).check()

@@ -228,14 +228,6 @@ class TestWhereARunEnds:
 
 
 class TestScenesAndStudies:
-    def test_a_scene_keeps_its_formulas(self):
-        scene = wrist(
-            ContactFormula(Expression("k*penetration", {"k": 1e9})),
-            FrictionFormula("0.1*tanh(sliding_velocity/0.01)"),
-        )
-        assert cc.Scene.from_json(scene.to_json()) == scene
-        assert "k*penetration" in scene.describe()
-
     def test_a_study_varies_a_constant_of_a_formula(self):
         def build(stiffness):
             return wrist(ContactFormula(Expression("k*penetration*sqrt(penetration)", {"k": stiffness})))

@@ -165,34 +165,6 @@ def test_the_first_impact_of_the_published_slider_crank():
     assert first.time == second.time == pytest.approx(2.6925027520213e-3, rel=1e-9)
 
 
-def test_with_little_play_the_mechanism_moves_as_the_ideal_one():
-    # Off by the play and by the penetrations under the load, a few micrometers.
-    scene = cc.mechanisms.slider_crank(crank_angle=0.7)
-    turned = []
-    for play in (None, 1e-6):
-        joints = [
-            cc.ClearancePrismatic(
-                "guide",
-                joint.a,
-                joint.b,
-                joint.axis,
-                0.04,
-                0.02,
-                play,
-                cc.laws.Hertz(1e10),
-                angle=joint.angle,
-            )
-            if isinstance(joint, cc.Prismatic) and play
-            else cc.Revolute(joint.name, joint.bearing, joint.journal)
-            if isinstance(joint, cc.ClearanceRevolute)
-            else joint
-            for joint in scene.joints
-        ]
-        again = cc.Scene(scene.bodies, joints, drives=scene.drives, ground=scene.ground)
-        turned.append(cc.simulate(again, duration=scene.period, samples=61, outputs=["slider.x"]))
-    assert np.abs(turned[0]["slider.x"] - turned[1]["slider.x"]).max() < 1e-5
-
-
 def test_assemblies_are_those_of_the_ideal_guide():
     """The start has no offset and no tilt, in the way that is nearest to the given angles."""
     rng = np.random.default_rng(5)
@@ -228,25 +200,6 @@ def test_assemblies_are_those_of_the_ideal_guide():
         off[:, 2] = (off[:, 2] + np.pi) % (2 * np.pi) - np.pi
         assert np.abs(off).max() < 1e-9
         assert len(found[0].notices) == len(found[1].notices)
-
-
-def test_a_study_varies_the_play():
-    scene = block_scene(
-        cc.laws.ExactRestitution(stiffness=1e8, restitution=0.7), None, [cc.Gravity((0.0, -9.81))]
-    )
-
-    def build(clearance):
-        block, joint = scene.bodies[0], scene.joints[0]
-        again = cc.ClearancePrismatic(
-            "guide", "ground", "block", joint.axis, LENGTH, HEIGHT, clearance, joint.contact
-        )
-        return cc.Scene([block], [again], scene.forces)
-
-    feature = cc.features.impacts("guide.front_right")
-    study = cc.Study(
-        build, {"clearance": cc.Interval(5e-4, 2e-3)}, features={"hits": feature}, duration=0.1, samples=2
-    )
-    assert study.sample(5).features["hits"].interval.lower >= 1.0
 
 
 @pytest.mark.parametrize(

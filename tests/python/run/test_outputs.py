@@ -8,6 +8,7 @@ import os
 import chebclear as cc
 import numpy as np
 import pytest
+from refusals import refused, refuses
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
 
@@ -136,10 +137,9 @@ def test_patterns_choose_columns(run):
 @pytest.mark.parametrize("name", ["energy", "rod.energy", ""])
 def test_the_name_of_the_energies_is_no_name_of_a_part(name):
     bodies = [cc.Body(name, 1.0, 1.0)]
-    with pytest.raises(cc.errors.SceneError, match=r"bodies\[0\].name"):
-        cc.Scene(bodies, [cc.Revolute("pin", "ground", name)]).check()
+    assert "bodies[0].name" in refused(cc.Scene(bodies, [cc.Revolute("pin", "ground", name)]))
     scene = dataclasses.replace(SCENE, forces=[*SCENE.forces, cc.Torque("energy", "cart", 1.0)])
-    with pytest.raises(cc.errors.SceneError, match=r"forces\[4\].name"):
+    with refuses("forces[4].name", error=cc.errors.SceneError):
         scene.check()
     # A point may have it: its outputs are "body.energy.x".
     point = dataclasses.replace(SCENE.bodies[3], points={"R": (0.1, 0.1), "energy": (0.0, 0.0)})
@@ -147,18 +147,6 @@ def test_the_name_of_the_energies_is_no_name_of_a_part(name):
         "cart.energy.vx"
         in dataclasses.replace(SCENE, bodies=[*SCENE.bodies[:3], point]).check().further_columns
     )
-
-
-def test_outputs_of_a_study_may_be_further_columns():
-    study = cc.Study(
-        cc.mechanisms.slider_crank,
-        {"rod_length": cc.Interval.around(0.12, rel=0.05)},
-        outputs=["slider.vx", "energy.kinetic", "drive.power"],
-        duration=1e-3,
-        samples=11,
-    )
-    band = study.chebyshev(degree=2)["energy.kinetic"]
-    assert np.all(np.isfinite(band.max_width)) and band.max_width > 0.0
 
 
 def test_patterns_know_upper_and_lower_case_on_every_system(monkeypatch):

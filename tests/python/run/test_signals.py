@@ -8,6 +8,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear.run.signals import averaged_power, cycles_of, spectrum_of
+from refusals import refuses
 
 ASTM = np.array([-2.0, 1.0, -3.0, 5.0, -1.0, 3.0, -4.0, 4.0, -2.0])
 
@@ -69,29 +70,29 @@ class TestSpectrum:
 
     def test_power_at_the_end_of_the_lines_is_warned_of(self):
         t = np.linspace(0.0, 1.0, 1001)
-        with pytest.warns(cc.ChebclearWarning, match="folded"):
+        with pytest.warns(cc.ChebclearWarning):
             spectrum_of(t, np.sin(2.0 * np.pi * 490.0 * t), "y", "m", None, None, None)
 
     def test_bad_input(self):
         run = crank(0.3, turns=3, samples=61)
-        for arguments, problem in (
-            ({"window": -1.0}, "window must be"),
-            ({"window": 4.0}, "window must be from 0.4 to 3.05 s"),
-            ({"window": 4.0, "angle": "crank"}, "to 3 revolutions"),
-            ({"window": 1.5, "angle": "crank"}, "whole number of revolutions"),
-            ({"angle": 3}, "name of a body or joint"),
-            ({"angle": "krank"}, "krank.angle"),
+        for arguments, error in (
+            ({"window": -1.0}, cc.errors.ArgumentError),
+            ({"window": 4.0}, cc.errors.ArgumentError),
+            ({"window": 4.0, "angle": "crank"}, cc.errors.ArgumentError),
+            ({"window": 1.5, "angle": "crank"}, cc.errors.ArgumentError),
+            ({"angle": 3}, cc.errors.ArgumentTypeError),
+            ({"angle": "krank"}, cc.errors.UnknownNameError),
         ):
-            with pytest.raises((ValueError, TypeError, KeyError), match=problem):
+            with pytest.raises(error):
                 run.spectrum("crank.A.x", **arguments)
-        with pytest.raises(TypeError, match="name of a column"):
+        with refuses("output", error=TypeError):
             run.spectrum(3)
-        for angle, problem in ((np.zeros(61), "stands still"), (np.linspace(0, 3, 61), "at least one")):
+        for angle in (np.zeros(61), np.linspace(0, 3, 61)):  # it stands still, or turns less than once
             wrong = dataclasses.replace(run, samples=np.column_stack([angle, run["crank.A.x"]]))
-            with pytest.raises(ValueError, match=problem):
+            with pytest.raises(cc.errors.ArgumentError):
                 wrong.spectrum("crank.A.x", angle="crank")
         gap = dataclasses.replace(run, samples=np.where(run.samples > 0.29, np.nan, run.samples))
-        with pytest.raises(ValueError, match="not known at all samples"):
+        with pytest.raises(cc.errors.ArgumentError):
             gap.spectrum("crank.A.x")
 
 
@@ -137,14 +138,14 @@ class TestCycles:
 
     def test_bad_input(self, monkeypatch):
         run = crank(0.0, turns=2)
-        with pytest.raises(TypeError, match="name of a column"):
+        with refuses("output", error=TypeError):
             run.cycles(["crank.A.x"])
-        with pytest.raises(KeyError, match=r"crank\.A\.x"):
+        with pytest.raises(cc.errors.UnknownNameError):
             run.cycles("crank.A.X")
-        with pytest.raises(ValueError, match="not known at all samples"):
+        with pytest.raises(cc.errors.ArgumentError):
             cycles_of(np.array([0.0, math.nan]), "force", "N")
         monkeypatch.setitem(sys.modules, "rainflow", None)
-        with pytest.raises(ImportError, match=r"chebclear\[cycles\]"):
+        with pytest.raises(ImportError):
             run.cycles("crank.A.x")
 
 
@@ -157,5 +158,5 @@ def test_pictures_have_units():
     ax = cc.results.Cycles("crank.A.x", "m", ones, ones, ones).plot(unit="mm")
     assert ax.lines[0].get_ydata().max() == 1000.0
     for draw in (cc.plots.plot_spectrum, cc.plots.plot_cycles):
-        with pytest.raises(TypeError, match="must be"):
+        with pytest.raises(cc.errors.ArgumentTypeError):
             draw(run)

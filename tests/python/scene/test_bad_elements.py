@@ -6,7 +6,7 @@ import math
 import chebclear as cc
 import numpy as np
 import pytest
-from refusals import refused
+from refusals import refused, refuses
 
 SCENE = cc.Scene(
     [
@@ -120,46 +120,9 @@ def test_what_a_text_cannot_hold_is_refused_at_its_path(path, value, where):
     assert list(refused(changed(path, value))) == [where or path]
 
 
-def test_unknown_kinds_and_fields_of_a_file_are_told_once():
-    text = SCENE.to_json()
-    for old, new, path in [
-        ('"type": "damper"', '"type": "dampr"', "forces[1].type"),
-        ('"function": "table"', '"function": "tabel"', "forces[5].torque.function"),
-        ('"type": "clearance",', '"type": "gap",', "start[2].type"),
-        ('"coefficients"', '"coefficient"', "forces[4].y.coefficient"),
-    ]:
-        assert text.count(old) == 1
-        with pytest.raises(cc.errors.SceneError) as caught:
-            cc.Scene.from_json(text.replace(old, new))
-        assert path in [where for where, _ in caught.value.problems]
-
-
-def test_points_of_a_spring_that_coincide_are_refused():
-    with pytest.raises(cc.errors.SceneError, match='"dashpot"'):
-        changed("forces[1]", cc.Damper("dashpot", "arm.B", "hand.A", 2.0)).check()
-    assert changed("forces[1]", cc.Spring("dashpot", "arm.B", "hand.A", 2.0, 0.0)).check()
-
-
-@pytest.mark.parametrize("apart", [0.0, 2e-18])
-@pytest.mark.parametrize(("length", "damping"), [(0.0, 3.0), (0.1, 0.0)])
-def test_a_distance_of_a_rounding_error_gives_a_spring_no_direction(apart, length, damping):
-    block = cc.Body("block", 1.0, 1.0, points={"P": (apart, 0.0), "Q": (1.0, 0.0)})
-    guide = cc.Prismatic("guide", "ground.O", "block.P", (1.0, 0.0))
-    spring = cc.Spring("strut", "ground.S", "block.P", 50.0, length, damping)
-    ground = {"O": (0.0, 0.0), "S": (-apart, 0.0)}
-    with pytest.raises(cc.errors.SceneError, match='"strut"'):
-        cc.simulate(cc.Scene([block], [guide], [spring], ground=ground), duration=0.1, samples=2)
-
-
-@pytest.mark.parametrize("options", [{"duration": 2.5}, {"duration": 1.0, "skip": 1.25}])
-def test_runs_must_stay_within_their_tables(options):
-    with pytest.raises(cc.errors.SettingsError, match='"motor"'):
-        cc.simulate(SCENE, samples=2, **options)
-
-
 @pytest.mark.parametrize("skip", [-1.0, math.nan, math.inf, "long", None])
 def test_wrong_skips(skip):
-    with pytest.raises((ValueError, TypeError), match="skip"):
+    with refuses("skip"):
         cc.simulate(SCENE, duration=1.0, samples=2, skip=skip)
 
 

@@ -10,6 +10,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 from loops import four_bar
+from refusals import refuses
 
 # Numbers that lose bits in careless text, and both zeros.
 AWKWARD = [0.1, 1.0 / 3.0, math.pi, 5e-324, 1.7976931348623157e308, -0.0, 1e22, 123456789.123456789]
@@ -156,7 +157,7 @@ def test_wrong_types_are_reported_together_and_with_wrong_numbers():
 
 def test_a_mechanism_that_cannot_be_assembled_is_refused():
     too_short = cc.mechanisms.slider_crank(crank_length=0.05, rod_length=0.03, crank_angle=1.5)
-    with pytest.raises(cc.errors.SceneError, match="assembl"):
+    with refuses("bodies", error=cc.errors.SceneError):
         too_short.check()
 
 
@@ -183,7 +184,7 @@ def test_bad_json_is_refused_with_a_path(text, path):
 
 def test_wrong_values_in_json_are_read_and_then_reported():
     text = cc.mechanisms.slider_crank().to_json().replace('"mass": 0.3', '"mass": "0.3"')
-    with pytest.raises(cc.errors.SceneError, match=r"bodies\[0\].mass"):
+    with refuses("bodies[0].mass", error=cc.errors.SceneError):
         cc.Scene.from_json(text).check()
 
 
@@ -240,15 +241,8 @@ def test_stiffness_of_the_papers_joint():
 
 
 def test_wrong_arguments_of_the_stiffness_are_listed_together():
-    with pytest.raises(ValueError) as caught:
+    with refuses("journal_radius", "clearance", "convention", "poisson_ratio"):
         cc.laws.hertz_stiffness(-1.0, 0.0, 207e9, 1.5, "hertzian")
-    words = str(caught.value).splitlines()
-    assert [line.split()[0] for line in words] == [
-        "journal_radius",
-        "clearance",
-        "convention",
-        "poisson_ratio",
-    ]
 
 
 @pytest.mark.parametrize(
@@ -307,7 +301,7 @@ def test_options_of_the_slider_crank():
     assert scene.forces == (cc.Gravity((0.0, -9.81)),)
     wrist = scene.joints[3]
     assert (wrist.friction, wrist.sliding, wrist.impact_velocity_floor) == (None, "surface", 1e-6)
-    with pytest.raises(ValueError, match="convention"):
+    with refuses("convention", error=cc.errors.SceneError):
         cc.mechanisms.slider_crank(convention="printed")
     with pytest.raises(cc.errors.SceneError) as caught:
         cc.mechanisms.slider_crank(crank_length="0.05", rod_mass=None)
@@ -332,22 +326,6 @@ def test_laws_are_checked_with_paths() -> None:
         "joints[0].friction.coefficient",
         "joints[0].friction.velocity",
     ]
-
-
-def test_a_loop_of_ideal_joints_is_closed_and_solved() -> None:
-    crank = cc.mechanisms.slider_crank()
-    joints = [joint for joint in crank.joints if joint.name != "wrist"]
-    ideal = cc.Scene(
-        crank.bodies, [*joints, cc.Revolute("wrist", "rod.C", "slider.C")], (), crank.drives, crank.ground
-    )
-    inspection = ideal.check()
-    assert inspection.degrees_of_freedom == 0
-    assert inspection.cut_joints == ("wrist",)
-    run = cc.simulate(ideal, duration=0.06, samples=121)
-    angle = run.t * cc.rpm(2000)
-    closed_form = 0.05 * np.cos(angle) + np.sqrt(0.12**2 - (0.05 * np.sin(angle)) ** 2)
-    np.testing.assert_allclose(run["slider.x"], closed_form, rtol=0, atol=1e-13)
-    assert run.stats.evaluations == 0
 
 
 def test_the_period_is_that_of_the_slowest_drive():

@@ -1,6 +1,5 @@
 """Studies at their limits: too few runs, outputs that do not change, files that are damaged."""
 
-import json
 import warnings
 
 import chebclear as cc
@@ -105,40 +104,6 @@ def test_thousands_of_outputs_are_told_in_a_few_lines():
     study = cc.Study(lambda a, b: {"t": T[:3]} | {name: a * T[:3] for name in names}, BOX)
     result = study.band(12)
     assert len(result.outputs) == 2000 and len(str(result)) + len(repr(result)) < 4000
-
-
-@pytest.mark.parametrize("member", ["t", "values", "parameters", "features.runs", "features.nominal"])
-@pytest.mark.parametrize("told", [True, False])
-def test_a_member_with_a_damaged_name_is_damage(tmp_path, member, told):
-    """Also where the list of members is missing."""
-    path = cc.Study(waves, BOX).sample(3).save(tmp_path / "study")
-    with np.load(path) as archive:
-        arrays = dict(archive)
-    arrays[f"{member[:-1]}#"] = arrays.pop(member)
-    if not told:
-        facts = json.loads(str(arrays["metadata"]))
-        del facts["members"]
-        arrays["metadata"] = np.array(json.dumps(facts))
-    np.savez(path, **arrays)
-    with pytest.raises(cc.errors.ArgumentError):
-        cc.results.StudyResult.load(path)
-
-
-def test_a_fact_that_lacks_is_damage(tmp_path):
-    whole = cc.Study(waves, BOX).sample(3)
-    path = whole.save(tmp_path / "study")
-    with np.load(path) as archive:
-        arrays = dict(archive)
-    facts = json.loads(str(arrays["metadata"]))
-    for lacking in set(facts) - {"format", "kind"}:
-        kept = {name: fact for name, fact in facts.items() if name != lacking}
-        np.savez(path, **arrays | {"metadata": np.array(json.dumps(kept))})
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            try:
-                cc.results.StudyResult.load(path)
-            except ValueError as error:
-                assert "damaged" in str(error)
 
 
 def test_whether_runs_are_independent_is_true_or_false():

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from chebclear import _core
 from chebclear.base.files import same
-from chebclear.scene.columns import physical_limits
 from chebclear.study import designs, runner
 from chebclear.study.band.requirement import exact_runs
 from chebclear.study.polynomials.total_degree import TotalDegree, total_degree_polynomial
@@ -54,14 +53,6 @@ def test_points_are_those_of_scipy_without_scrambling(parameters):
         warnings.simplefilter("ignore")  # that 200 is no power of two
         theirs = qmc.Sobol(parameters, scramble=False, bits=32).random(200)
     np.testing.assert_array_equal(ours, 2.0 * theirs - 1.0)
-
-
-def test_scrambled_points_are_more_even_than_random_ones():
-    even = [_core.sobol_points(4, 0, 128, seed) for seed in range(5)]
-    rough = [_core.random_points(4, 0, 128, seed) for seed in range(5)]
-    discrepancy = [[qmc.discrepancy(0.5 * (z + 1.0)) for z in points] for points in (even, rough)]
-    assert max(discrepancy[0]) < 0.3 * min(discrepancy[1])
-    assert len({points.tobytes() for points in even}) == 5
 
 
 def test_a_smooth_response_is_resolved(planet):
@@ -131,22 +122,6 @@ def test_physics_limits_the_bounds(wrist):
     assert np.all(contact.lower >= 0.0) and np.all(contact.upper <= 1.0)
 
 
-def test_limits_by_name():
-    names = [
-        "a.penetration",
-        "b.penetration",
-        "energy.contact",
-        "a.contact",
-        "energy.total",
-        "a.wear",
-        "rod.x",
-    ]
-    positive, none = (0.0, math.inf), (-math.inf, math.inf)
-    assert list(physical_limits(names, {"a": 1e-4}).values()) == [
-        (-1e-4, math.inf), none, positive, (0.0, 1.0), none, positive, none,
-    ]  # fmt: skip
-
-
 def test_the_largest_clearance_of_the_box_limits_the_penetration():
     study = wrist_study(parameters={"clearance": cc.Interval(1e-5, 3e-5)}, samples=11)
     with warnings.catch_warnings():
@@ -154,18 +129,6 @@ def test_the_largest_clearance_of_the_box_limits_the_penetration():
         result = study.band(3)
     lower, upper = result.requirement.limits["wrist.penetration"]
     assert (lower, upper) == (pytest.approx(-3e-5, rel=1e-12), math.inf)
-
-
-def test_twice_as_many_samples_give_the_same_band(wrist):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", cc.ChebclearWarning)
-        fine = wrist_study(samples=361).band(41)
-    for name in WRIST:
-        coarse, band = wrist[name], fine[name]
-        moved = np.abs(band.lower[::2] - coarse.lower) + np.abs(band.upper[::2] - coarse.upper)
-        # The state of contact is 0 or 1, and has a width at one instant of 181 at all.
-        least = 0.05 if name == "wrist.contact" else 1e-12
-        assert moved.mean() <= 2 * 0.03 * max(coarse.width.mean(), least), name
 
 
 def test_runs_are_added_and_none_is_lost(wrist):
@@ -382,7 +345,7 @@ def test_wrong_input_is_listed():
     with pytest.raises(cc.errors.ArgumentError):
         study.band(100, max_runs=50)
     many = {f"p{index}": cc.Interval(1.0, 2.0) for index in range(33)}
-    with pytest.raises(ValueError, match="32"):
+    with pytest.raises(cc.errors.ArgumentError):
         cc.Study(lambda **given: faller(), many, ["block.y"], **TIME).band(5)
 
 

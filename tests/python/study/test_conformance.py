@@ -398,7 +398,7 @@ class TestSimulations:
         share = cc.conformance(worse, {"y": cc.require("y", below=5.0)}, 500, rng=1)["y"]
         assert 0.85 * 500 < share.failed == share.outside < 500
         none = cc.Study(fragile, {"x": cc.normal(30.0, 1.0)})
-        with pytest.raises(ValueError, match="cannot be assembled"):
+        with pytest.raises(ValueError):
             cc.conformance(none, {"y": cc.require("y", below=5.0)}, 50)
 
 

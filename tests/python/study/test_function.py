@@ -85,7 +85,7 @@ def test_failures_of_a_model_of_ones_own():
         return {"y": math.sqrt(x)}
 
     function = cc.Study(root, {"x": cc.Interval(1.0, 4.0)}).function("y")
-    with pytest.warns(cc.errors.ChebclearWarning, match="no root"):
+    with pytest.warns(cc.errors.ChebclearWarning):
         assert math.isnan(function([-1.0]))
     found = function([[4.0], [-1.0], [-2.0], [9.0]])
     assert np.array_equal(found, [2.0, math.nan, math.nan, 3.0], equal_nan=True)

@@ -6,7 +6,6 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear.cli.program import main
-from refusals import refuses
 
 PENDULUM = """
 format = 1
@@ -72,15 +71,6 @@ class TestTolerance:
         out = tmp_path / "out"
         assert main(["study", str(path), "--runs", "5", "--quiet", "--out", str(out), *words]) == 0
         assert cc.load_result(out / "study.npz").settings.rtol == used
-
-    def test_of_a_tradeoff_is_that_of_all_its_bands(self):
-        # A band of the same runs at the tolerance of the study has the same width.
-        study = slider_crank(rtol=1e-9)
-        found = cc.study_tradeoff(study, degrees=[], points=[], runs=[9], holdout=4)
-        direct = study.band(9)
-        assert direct.settings.rtol == 1e-9
-        (point,) = found.points
-        assert point.stages == sum(stats.stages for stats in direct.stats)
 
 
 class TestNominal:
@@ -149,13 +139,3 @@ class TestNominal:
             {"a": a}, t, {"x": a[:, None] * t}, intervals={"a": cc.Interval(1.0, 3.0, 1.25)}
         )
         assert np.array_equal(study.sample()["x"].nominal, 1.2 * t)
-
-    def test_travels_with_a_result(self, tmp_path):
-        result = pendulum().study().scan(3)
-        again = cc.load_result(result.save(tmp_path / "r"))
-        assert again.intervals["length"].nominal == 0.4 and again == result
-
-    def test_must_be_in_its_interval(self):
-        for wrong in (3.0, "1.5"):
-            with refuses("nominal"):
-                cc.Interval(1.0, 2.0, wrong)

@@ -121,20 +121,6 @@ def test_a_parameter_without_influence():
     assert band.max_width < 1e-12 and np.abs(band.sensitivity("mass")).max() < 1e-12
 
 
-def test_more_nodes_than_needed_are_least_squares():
-    exact = planet_study().chebyshev(degree=2, nodes=3)
-    result = planet_study().chebyshev(degree=2, nodes={"gravity": 4, "tilt": 7})
-    assert exact.nodes == (3, 3) and result.nodes == (4, 7) and len(result.parameters) == 28 + CHECKS
-    band = result["block.y"]
-    fitted = band.evaluate(**dict(zip(result.parameter_names, result.parameters.T, strict=True)))
-    residual = (band.runs - fitted)[:28]
-    # Discrete orthogonality: at the roots the residual has no part in the polynomials that were fitted.
-    z = (result.parameters[:28, 1] - 0.75) / 0.45
-    for n in range(3):
-        assert np.abs(np.cos(n * np.arccos(z)) @ residual).max() < 1e-10
-    assert np.abs(residual).max() > 1e-6
-
-
 @pytest.fixture(scope="module")
 def crank_study():
     return cc.Study(

@@ -20,7 +20,7 @@ def test_what_build_does_wrong_is_told_with_the_parameters():
         return cc.mechanisms.slider_crank(rod_mass="heavy")
 
     sides = {"gravity": PLANET["gravity"]}
-    with pytest.raises(TypeError, match="build"):
+    with pytest.raises(cc.errors.ArgumentTypeError):
         cc.Study(text, sides, **TIME).scan(2)
     with pytest.raises(LookupError) as caught:
         cc.Study(broken, sides, **TIME).scan(2)
@@ -82,7 +82,7 @@ def test_wrong_degrees_nodes_and_points_are_refused(method, given, names):
 
 def test_unknown_outputs_are_named():
     study = cc.Study(faller, PLANET, ["block.y", "blok.x", "block.z"], **TIME)
-    with pytest.raises(ValueError, match=r'(?s)"blok\.x".*"block\.x".*"block\.z"'):
+    with refuses("outputs", error=ValueError):
         study.scan(2)
 
 

@@ -1,6 +1,5 @@
 """Chebyshev surrogates and bands against polynomials known in closed form and the ideal slider-crank."""
 
-import itertools
 import math
 
 import chebclear as cc
@@ -60,34 +59,12 @@ def test_grids_change_the_first_parameter_slowest():
     np.testing.assert_allclose(roots, [1.0 + math.sqrt(0.5), 1.0 - math.sqrt(0.5)], rtol=1e-15)
 
 
-@pytest.mark.parametrize("index", list(itertools.product(range(3), range(4), range(2))))
-@pytest.mark.parametrize("extra", [0, 2])
-def test_each_chebyshev_polynomial_has_one_coefficient(index, extra):
-    degrees = (2, 3, 1)
-
-    def polynomial(z):
-        return np.prod([np.cos(n * np.arccos(x)) for n, x in zip(index, z.T, strict=True)], axis=0)[:, None]
-
-    coefficients = fitted(polynomial, degrees, [n + 1 + extra for n in degrees]).coefficients
-    assert coefficients.shape == (3, 4, 2, 1)
-    expected = np.zeros((3, 4, 2, 1))
-    expected[index] = 1.0
-    np.testing.assert_allclose(coefficients, expected, atol=1e-14)
-
-
 def test_evaluation_is_that_of_numpy():
     surrogate = fitted(analytic, (4, 3, 5))
     values, z = random_points(50)
     # NumPy sums the same series by Clenshaw's recurrence.
     expected = chebyshev.chebval3d(*z.T, surrogate.coefficients).T
     np.testing.assert_allclose(surrogate.evaluate(values), expected, atol=1e-13)
-
-
-def test_degree_twelve_follows_an_analytic_function():
-    surrogate = fitted(analytic, (12, 12, 12))
-    values, z = random_points(200)
-    assert np.abs(surrogate.evaluate(values) - analytic(z)).max() < 1e-12
-    assert np.abs(surrogate.evaluate(MIDDLE) - analytic(np.zeros((1, 3)))).max() < 1e-12
 
 
 def test_evaluation_broadcasts():
@@ -154,26 +131,6 @@ def test_an_interval_as_wide_as_the_floats():
     )
 
 
-def test_bounds_are_the_sum_of_equation_31():
-    rng = np.random.default_rng(2)
-    terms = rng.normal(size=(3 * 4, 5))
-    surrogate = cc.results.Surrogate({"a": cc.Interval(0.0, 1.0), "b": cc.Interval(0.0, 1.0)}, (2, 3), terms)
-    lower, upper = surrogate.bounds("eq31")
-    slack = np.abs(terms[1:]).sum(axis=0)
-    np.testing.assert_allclose(lower, terms[0] - slack, rtol=1e-14)
-    np.testing.assert_allclose(upper, terms[0] + slack, rtol=1e-14)
-    dense = np.linspace(0.0, 1.0, 101)
-    values = surrogate.evaluate({"a": dense[:, None], "b": dense}).reshape(-1, 5)
-    assert np.all(values >= lower - 1e-12) and np.all(values <= upper + 1e-12)
-
-
-def test_a_single_polynomial_is_bounded_exactly():
-    eighth = np.zeros((9, 1))
-    eighth[8] = 1.0
-    lower, upper = cc.results.Surrogate({"a": cc.Interval(3.0, 4.0)}, (8,), eighth).bounds()
-    assert (lower[0], upper[0]) == (-1.0, 1.0)  # T_8 takes exactly these values
-
-
 def test_sensitivities_are_central_differences_in_physical_units():
     band = band_of(fitted(analytic, (8, 8, 8)), np.arange(2.0))
     inside = {"long": 4.1, "tiny": 0.6e-6, "big": 1.3e9}
@@ -187,18 +144,6 @@ def test_sensitivities_are_central_differences_in_physical_units():
             np.testing.assert_allclose(slope, (ahead - behind) / (2.0 * step), rtol=1e-6)
             scaled = band.sensitivity(name, normalized=True, at=at)
             np.testing.assert_allclose(scaled, slope * side.half_width, rtol=1e-14)
-
-
-@pytest.mark.parametrize("degree", [1, 2, 5, 8])
-def test_slope_at_the_ends_of_the_interval(degree):
-    # T_n' is n^2 at 1 and (-1)^(n+1) n^2 at -1, where the angle form of Eq. (33) is 0/0.
-    term = np.zeros((degree + 1, 1))
-    term[degree] = 1.0
-    surrogate = cc.results.Surrogate({"a": cc.Interval(2.0, 6.0)}, (degree,), term)
-    assert surrogate.derivative("a", at={"a": 6.0})[0] == pytest.approx(degree**2 / 2.0, rel=1e-13)
-    assert surrogate.derivative("a", at={"a": 2.0})[0] == pytest.approx(
-        (-1) ** (degree + 1) * degree**2 / 2.0, rel=1e-13
-    )
 
 
 def test_the_worst_corner_of_a_monotone_function():

@@ -10,6 +10,7 @@ import pytest
 from chebclear.base.arguments import did_you_mean
 from chebclear.templates import template as module
 from chebclear.templates.expressions import parse
+from refusals import refuses
 
 BODY = '[[bodies]]\nname = "b"\nmass = 1\ninertia = 1\n'
 
@@ -85,7 +86,7 @@ def test_dots_in_texts_and_comments_are_no_keys():
     dots = ".".join("a" * 30)
     text = f'title = "{dots}" # {dots}\njoints = []\n{BODY}'
     assert cc.loads(text).title == dots
-    with pytest.raises(cc.errors.SceneError, match=r"2.*20"):
+    with refuses("scene: line 2", error=cc.errors.SceneError):
         cc.loads(f"joints = []\nx = {{ {dots} = 1 }}\n")
 
 
@@ -104,7 +105,7 @@ def test_the_size_of_a_scene_is_limited():
         "joints: must have at most 500 entries, got 3000",
     ]
     body = cc.Body("b", 1.0, 1.0, points={f"p{k}": (0.0, 0.0) for k in range(501)})
-    with pytest.raises(cc.errors.SceneError, match=r"bodies\[0\]\.points"):
+    with refuses("bodies[0].points", error=cc.errors.SceneError):
         cc.Scene([body], []).check()
 
 
@@ -153,5 +154,6 @@ def test_names_of_expressions_are_no_parameters(name):
 @pytest.mark.parametrize("digits", ["\u0662\u0660", "\uff12", "\u096a"])
 def test_only_our_digits_are_numbers(digits):
     for written in (f"{digits} kg", f"1e{digits} kg", digits, f"2 kg{digits}", f"2 kg^{digits}"):
-        with pytest.raises(cc.errors.SceneError, match=r"bodies\[0\]\.mass"):
+        with pytest.raises(cc.errors.SceneError) as caught:
             cc.loads("joints = []\n" + BODY.replace("mass = 1", f'mass = "{written}"'))
+        assert caught.value.problems[0].path.endswith(" bodies[0].mass")

@@ -14,6 +14,7 @@ from chebclear.errors import SimulationError
 from chebclear.run.settings import METHODS
 from matplotlib.figure import Figure
 from pendulum import LOWEST_ANGLE, LOWEST_SPEED, OUTPUTS, pendulum, quarter_period
+from refusals import refuses
 
 RTOLS = (1e-3, 1e-5, 1e-7, 1e-9)
 
@@ -131,7 +132,7 @@ def test_results_are_values(swing, tmp_path):
         assert twin == swing
     assert swing != replace(swing, points=swing.points[:-1])
     assert swing["rodas4", 1e-5] in swing.points
-    with pytest.raises(KeyError, match="1e-06"):
+    with pytest.raises(cc.errors.UnknownNameError):
         swing["rodas4", 1e-6]
     columns = swing.to_dict()
     assert {len(column) for column in columns.values()} == {len(swing)}
@@ -159,23 +160,23 @@ def test_progress_counts_runs():
 
 
 @pytest.mark.parametrize(
-    ("change", "kind"),
+    ("path", "value", "kind"),
     [
-        ({"methods": ["rodas"]}, ValueError),
-        ({"methods": "rodas4"}, TypeError),
-        ({"methods": ["rodas4", "rodas4"]}, ValueError),
-        ({"rtols": []}, ValueError),
-        ({"rtols": [0.5]}, ValueError),
-        ({"rtols": [1e-12]}, ValueError),
-        ({"repeats": 0}, ValueError),
-        ({"progress": 3}, TypeError),
-        ({"scene": "pendulum"}, TypeError),
+        ("methods", ["rodas"], ValueError),
+        ("methods", "rodas4", TypeError),
+        ("methods", ["rodas4", "rodas4"], ValueError),
+        ("rtols", [], ValueError),
+        ("rtols[0]", [0.5], ValueError),
+        ("rtols", [1e-12], ValueError),
+        ("repeats", 0, ValueError),
+        ("progress", 3, TypeError),
+        ("scene", "pendulum", TypeError),
     ],
 )
-def test_wrong_arguments_are_named(change, kind):
-    (name,) = change
-    with pytest.raises(kind, match=f"^{name}"):
-        cc.tradeoff(**({"scene": pendulum(), "duration": 0.1, "samples": 11} | change))
+def test_wrong_arguments_are_named(path, value, kind):
+    name = path.partition("[")[0]
+    with refuses(path, error=kind):
+        cc.tradeoff(**({"scene": pendulum(), "duration": 0.1, "samples": 11} | {name: value}))
 
 
 def test_the_plot_has_a_line_for_every_method(swing):
@@ -194,7 +195,7 @@ def test_the_plot_has_a_line_for_every_method(swing):
         np.testing.assert_array_equal(line.get_xdata()[:2], errors)
     with pytest.raises(KeyError):
         swing.plot("bob.speed")
-    with pytest.raises(ValueError, match="cost"):
+    with refuses("cost", error=ValueError):
         swing.plot(cost="money")
 
 
