@@ -189,11 +189,8 @@ def compare(
     checks = Checks()
     for name, given in (("result", result), ("reference", reference)):
         if not isinstance(given, StudyResult):
-            checks.add(
-                name,
-                f"must be a StudyResult, as Study.chebyshev and Study.scan return, got {given!r}",
-                wrong_type=True,
-            )
+            wanted = "must be a StudyResult, as Study.chebyshev and Study.scan return"
+            checks.add(name, f"{wanted}, got {given!r}", wrong_type=True)
     checks.finish()
     shared = [name for name in result if name in reference.outputs]
     if not shared:
@@ -249,11 +246,8 @@ def _differences(result: StudyResult, reference: StudyResult) -> Iterator[str]:
         yield from _unequal("", {"mechanism": one.name}, {"mechanism": other.name})
         yield from _unequal("fixed ", one.facts()["fixed"], other.facts()["fixed"])
     yield from _unequal("interval of ", result.intervals, reference.intervals)
-    settings = [
-        {} if one.settings is None else {name: getattr(one.settings, name) for name in _SETTINGS}
-        for one in (result, reference)
-    ]
-    yield from _unequal("", *settings)
+    known = [{} if one.settings is None else vars(one.settings) for one in (result, reference)]
+    yield from _unequal("", *({name: one[name] for name in _SETTINGS if name in one} for one in known))
     if result.scene is not None and reference.scene is not None:
         scenes = (_numbers(json.loads(scene.to_json())) for scene in (result.scene, reference.scene))
         found = list(_unequal("nominal scene: ", *scenes))
@@ -281,11 +275,8 @@ def _shown(value: Any) -> str:
 def _numbers(plain: Any, path: str = "") -> dict[str, Any]:
     """The single values of a scene by their paths; entries of lists by their names, or numbers."""
     if isinstance(plain, list):
-        names = [one.get("name") if isinstance(one, dict) else None for one in plain]
-        parts = {
-            f"[{k}]" if name is None else f".{name}": one
-            for k, (name, one) in enumerate(zip(names, plain, strict=True))
-        }
+        named = [isinstance(one, dict) and "name" in one for one in plain]
+        parts = {f".{one['name']}" if named[k] else f"[{k}]": one for k, one in enumerate(plain)}
     elif isinstance(plain, dict):
         parts = {f".{name}" if path else name: one for name, one in plain.items()}
     else:

@@ -197,9 +197,8 @@ def scan(runner: Runner, points: int | Mapping[str, int], max_runs: int) -> Desi
     checks.whole("max_runs", max_runs, least=1)
     checks.finish()
     check_runs(counts, max_runs, "fewer points")
-    axes = [
-        np.linspace(side.lower, side.upper, count) for side, count in zip(sides.values(), counts, strict=True)
-    ]
+    pairs = zip(sides.values(), counts, strict=True)
+    axes = [np.linspace(side.lower, side.upper, count) for side, count in pairs]
     return on_grid(runner, tensor_grid(axes), tuple(counts))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import cast
 
@@ -16,7 +16,7 @@ from ..errors import ArgumentError
 from ..execution.failures import FAILED, AllFailedError
 from ..notices import Notice, issue
 from .runner import Runner
-from .sources.asked import FeatureSpec, outputs_of
+from .sources.asked import outputs_of
 from .sources.finished import FinishedRuns
 from .sources.scenes import MOST_RUNS
 
@@ -104,8 +104,7 @@ class StudyFunction:
         values = np.full((len(points), len(self.features)), np.nan)
         if not len(points):
             return values
-        told: Sequence[Notice] = ()
-        first = ""
+        told: list[Notice] = []
         try:
             runs = self._runner.made(points, self._runner.settings, midpoint=False)
         except AllFailedError as error:
@@ -122,12 +121,10 @@ class StudyFunction:
             self.failed += failed
             text = f"failed: {failed} of {len(points)} points have no value, NaN; the first: {first}"
             told = [Notice(FAILED, text, numbers={"runs": failed, "of_runs": len(points)}), *told]
-        fresh: dict[object, Notice] = {}
-        for one in told:
-            if (one.code, one.about) not in self._notices:
-                fresh[one.code, one.about] = one
+        fresh: dict[object, Notice] = {(one.code, one.about): one for one in told}
+        fresh = {kind: one for kind, one in fresh.items() if kind not in self._notices}
         self._notices |= fresh
-        issue(tuple(fresh.values()))
+        issue(fresh.values())
         return values
 
 
@@ -136,12 +133,11 @@ def function_of(runner: Runner, features: str | Sequence[str] | None) -> StudyFu
     if isinstance(runner.model, FinishedRuns):
         raise ArgumentError("a table of finished runs has no values at other points")
     single = isinstance(features, str)
-    asked = [features] if isinstance(features, str) else None if features is None else list(features)
+    asked = None if features is None else [features] if isinstance(features, str) else list(features)
     every, settings = runner.features, runner.settings
     if settings is not None:
-        chosen: Mapping[str, FeatureSpec] = every
-        if asked is not None and all(name in every for name in asked):
-            chosen = {name: every[name] for name in asked}
+        known = set(every) if asked is None or not set(asked) <= set(every) else set(asked)
+        chosen = {name: one for name, one in every.items() if name in known}
         settings = replace(settings, outputs=outputs_of(chosen, settings))
         runner = replace(runner, features=chosen, settings=settings)
     runner = replace(runner, execution=replace(runner.execution, most_failed=1.0), progress=None)
@@ -154,15 +150,15 @@ def function_of(runner: Runner, features: str | Sequence[str] | None) -> StudyFu
     checks.finish()
     # Whatever is wrong for every point shows here, and a model of the user's own names its numbers.
     try:
-        known = runner.made(nominal, runner.settings, midpoint=False).feature_names
+        names = runner.made(nominal, runner.settings, midpoint=False).feature_names
     except AllFailedError as error:
         raise error.first from None
-    asked = list(known) if asked is None else asked
+    asked = list(names) if asked is None else asked
     if not asked:
         checks.add("features", "must be at least one; the model returned no numbers")
     for name in asked:
-        if name not in known:
-            checks.add("features", f'has the unknown feature "{name}"{meant_or_known(name, known)}')
+        if name not in names:
+            checks.add("features", f'has the unknown feature "{name}"{meant_or_known(name, names)}')
     checks.finish()
     bounds = np.array([(side.lower, side.upper) for side in runner.intervals.values()])
     return StudyFunction(tuple(runner.intervals), bounds, tuple(asked), _runner=runner, _single=single)

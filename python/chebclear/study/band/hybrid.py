@@ -95,13 +95,11 @@ def quantile_bounds(
     asked = checks.real("probability", probability, "-", above=0.0, below=1.0)
     start = checks.seed("rng", rng)
     checks.finish()
-    # Values beyond the intervals, of which nothing is known, count as outside.
-    known = 1.0  # exactly where the intervals hold the whole range of a distribution, however its ends round
+    # What is beyond the intervals is not known, and counts as outside; other distributions have whole ranges.
+    known, sides = 1.0, surrogate.intervals
     for name, given in random.items():
-        side = surrogate.intervals[name]
-        known *= (
-            given.cdf(side.upper) - given.cdf(side.lower) if isinstance(given, Normal | Lognormal) else 1.0
-        )
+        if isinstance(given, Normal | Lognormal):
+            known *= given.cdf(sides[name].upper) - given.cdf(sides[name].lower)
     if asked >= known:
         raise ArgumentError(
             f"probability must be below {known:.6g}, that of the intervals of the runs, got {asked!r}: give "
@@ -119,7 +117,7 @@ def quantile_bounds(
     checks.finish()
     beyond = max(0, math.floor(tail * count - _CONFIDENCE * math.sqrt(tail * (1.0 - tail) * count)))
     weights = _drawn(surrogate, random, count, default_rng(start))
-    lower, upper = np.empty(surrogate.terms.shape[1]), np.empty(surrogate.terms.shape[1])
+    lower, upper = np.empty((2, surrogate.terms.shape[1]))
     for block in time_blocks(count, len(lower)):
         lows, highs = _worst_of_draws(surrogate, random, weights, block)
         lower[block] = np.partition(lows, beyond, axis=0)[beyond]
@@ -166,7 +164,7 @@ def _worst_of_draws(
     draws, samples = len(weights), c.shape[-1]
     c = c.reshape(weights.shape[1], -1)
     degrees = [degree for axis, degree in enumerate(surrogate.degrees) if axis not in axes]
-    lows, highs = np.empty((draws, samples)), np.empty((draws, samples))
+    lows, highs = np.empty((2, draws, samples))
     step = max(1, _AT_ONCE // samples)
     for first in range(0, draws, step):
         inserted = (weights[first : first + step] @ c).reshape(-1, c.shape[1] // samples, samples)

@@ -103,9 +103,7 @@ class Ranking:
 
     def advice(self) -> tuple[str, ...]:
         """Conclusions from the table, a sentence for each parameter with a certain effect."""
-        if not any(
-            part.value > 0.0 for part in (self.scatter, self.interactions, *(r.share for r in self.rows))
-        ):
+        if not any(part.value for part in (self.scatter, self.interactions, *(r.share for r in self.rows))):
             return (f"{self.feature} is the same in every run",)
         sentences = []
         largest = max(self.rows, key=lambda row: row.share.value)

@@ -288,15 +288,10 @@ class Surrogate(records.ArrayRecord):
             if not np.all((given >= side.lower - slack) & (given <= side.upper + slack)):
                 checks.add(name, f"must be in [{side.lower!r}, {side.upper!r}], got {values[name]!r}")
             sides.append(np.clip((given - side.midpoint) / side.half_width, -1.0, 1.0))
-        if len(sides) == len(self.intervals):
-            shapes = [side.shape for side in sides]
-            try:
-                np.broadcast_shapes(*shapes)
-            except ValueError:
-                told = ", ".join(
-                    f"{name} {shape}" for name, shape in zip(self.intervals, shapes, strict=True)
-                )
-                checks.add("values", f"must have shapes that broadcast together, got {told}")
         checks.finish()
-        together = np.broadcast_arrays(*sides)
+        try:
+            together = np.broadcast_arrays(*sides)
+        except ValueError:
+            told = ", ".join(f"{name} {side.shape}" for name, side in zip(self.intervals, sides, strict=True))
+            raise ArgumentError(f"values must have shapes that broadcast together, got {told}") from None
         return np.stack([side.ravel() for side in together], axis=-1), together[0].shape
