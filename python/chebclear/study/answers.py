@@ -22,16 +22,14 @@ from .band.worst import WorstCase, predicted_extremes
 from .by_angle import cut, unpredictable
 from .features.features import feature_table
 from .polynomials.holes import fit_holes
-from .polynomials.points import in_box, on_cube
+from .polynomials.points import SAME_POINT, in_box, on_cube
 from .results import StudyResult, checked_results
 from .runner import Design, Runner
 from .sources.finished import FinishedRuns
 from .sources.run_table import RunTable
 from .sources.scenes import MOST_RUNS
 
-# Largest difference of parameters of runs at one point, over half the interval.
-_SAME_POINT = 1e-9
-# The same of values of one model, over the largest.
+# Largest difference of values of one model at one point, over the largest.
 _SAME_VALUES = 1e-6
 
 
@@ -232,7 +230,7 @@ def _without_twins(runner: Runner, scored: RunTable, kept: RunTable) -> RunTable
     own, others = (
         [
             point.tobytes()
-            for point in np.round(on_cube(runner.intervals, table.parameters) / _SAME_POINT) + 0.0
+            for point in np.round(on_cube(runner.intervals, table.parameters) / SAME_POINT) + 0.0
         ]
         for table in (scored, kept)
     )

@@ -20,6 +20,7 @@ from ..base.units import unit
 from ..data.dataset import Dataset, Variable
 from ..data.exports import Exports
 from ..errors import ArgumentError, warn
+from ..execution.options import MOST_THREADS
 from ..report import html
 from ..report.document import Table
 from ..run.settings import Settings, StepOptions, with_settings
@@ -35,9 +36,8 @@ if TYPE_CHECKING:
 GoOn = Callable[[float], None]
 Result = TypeVar("Result")
 
-MOST_VALUES = 100_000
-MOST_PERIODS = 1_000_000
-MOST_THREADS = 1024
+# Values of a diagram, and periods of each run [-], whose samples take 8 MB.
+_MOST_VALUES, _MOST_PERIODS = 100_000, 1_000_000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -199,8 +199,8 @@ def bifurcation(
         checks.add("parameter", f"must be the name of a keyword of build, got {parameter!r}", wrong_type=True)
     constant = dict(checks.mapping("fixed", fixed, "values"))
     check_keywords(checks, build, [str(parameter)], constant)
-    count = checks.whole("periods", periods, least=1, most=MOST_PERIODS)
-    skipped = checks.whole("discard", discard, least=0, most=MOST_PERIODS)
+    count = checks.whole("periods", periods, least=1, most=_MOST_PERIODS)
+    skipped = checks.whole("discard", discard, least=0, most=_MOST_PERIODS)
     if is_pattern(output):
         checks.add("output", f"must be the name of one output, got the pattern {output!r}")
     if threads is not None:
@@ -234,7 +234,7 @@ def bifurcation(
     if len(failed):
         warn(
             f"{len(failed)} of {len(given)} runs failed and are NaN, the first at {parameter} = "
-            f"{given[failed[0]]:g}: simulate that scene to see why",
+            f"{given[failed[0]]:g}: simulate that scene to see why"
         )
     return Bifurcation(parameter, given, name, columns, times, skipped)
 
@@ -242,8 +242,9 @@ def bifurcation(
 def _checked_values(checks: Checks, values: ArrayLike) -> Array:
     """The values of the parameter, shape (values,)."""
     given = np.asarray(values)
-    if given.ndim != 1 or not 1 <= len(given) <= MOST_VALUES or given.dtype.kind not in "iuf":
-        checks.add("values", f"must be a list of 1 to {MOST_VALUES} numbers, got {values!r}", wrong_type=True)
+    if given.ndim != 1 or not 1 <= len(given) <= _MOST_VALUES or given.dtype.kind not in "iuf":
+        text = f"must be a list of 1 to {_MOST_VALUES} numbers, got {values!r}"
+        checks.add("values", text, wrong_type=True)
     elif not np.isfinite(given).all() or np.ma.is_masked(values):
         checks.add("values", "must be finite, none of them masked")
     return given.astype(float) if given.dtype.kind in "iuf" else np.zeros(0)

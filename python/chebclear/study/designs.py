@@ -40,10 +40,9 @@ BAND_RTOL = 1e-4
 """Relative tolerance of the runs of a band where nothing was said [-]."""
 # Parts of the time and of the memory that are allowed: for the runs that are timed, and for the samples.
 _TIMED, _MEMORY = 0.01, 0.5
-# Runs that are simulated at first; the times of single runs scatter by about a third.
-_PROBES, _PROBES_OF_WORKER = 12, 4
-# They become more by this factor until they take so long [s], but no more than this part of the study: what a
-# study takes besides its runs, some tens of milliseconds, is then told from them.
+# Runs that are timed, one for each worker at first, become more by this factor until they take so long [s],
+# but no more than this part of the study: what a study takes besides its runs, some tens of milliseconds, is
+# then told from them, and the scatter of single runs, about a third, averages out.
 _MORE, _ENOUGH, _PART = 4, 0.5, 4
 # Samples of which polynomials are fitted for a plan, at first and then.
 _FITTED = 8, 32
@@ -85,9 +84,10 @@ def band(
             checks.add(name, f"is for bands by crank angle: give revolutions too, got {value!r}")
     others = checked_results(checks, include)
     checks.finish()
-    settings, needed = runner.settings, exact_runs(coverage, confidence)
+    settings = runner.settings
     if settings is not None and not (rtol is None and runner.rtol_given):
         settings = replace(settings, rtol=BAND_RTOL if rtol is None else float(rtol))
+    needed = exact_runs(coverage, confidence)
     requirement = Requirement(float(coverage), 0, seed, {}, confidence=confidence)
     if revolutions is not None and settings is not None:
         settings, turns = turning(runner, settings, revolutions, skipped, angle)
@@ -130,19 +130,13 @@ def spread_evenly(runner: Runner, runs: int, coverage: float, seed: int) -> Desi
 
 
 def _affordable_runs(
-    runner: Runner,
-    settings: Settings | None,
-    needed: int,
-    most: int,
-    requirement: Requirement,
-    limit: float,
+    runner: Runner, settings: Settings | None, needed: int, most: int, requirement: Requirement, limit: float
 ) -> int:
     """As many runs as are needed for the exact statement, or as time and memory allow; 81 at least."""
     count = min(needed, most)
     points = replace(requirement, independent=True).points(runner, 0, count)
     try:
-        # One for each worker at first: a single run may take longer than that.
-        runs, _, measured = _timed(runner, points, settings, None, _TIMED * limit, (1, 1))
+        runs, _, measured = _timed(runner, points, settings, None, _TIMED * limit)
     except Exception:  # most of a few runs failed: whether most of all do the study itself finds out
         return min(BAND_RUNS, most)
     affordable = min(most, int(count * limit / seconds_of(measured, count + 1)))
@@ -233,9 +227,7 @@ def on_grid(
 
 def plan_of(runner: Runner, design: Design, probes: int | None) -> Plan:
     """The cost of a design; see `Study.plan`."""
-    runs, rows, measured = _timed(
-        runner, design.points, design.settings, probes, _ENOUGH, (_PROBES, _PROBES_OF_WORKER)
-    )
+    runs, rows, measured = _timed(runner, design.points, design.settings, probes, _ENOUGH)
     count = len(design.points) + 1
     shape = count, len(runs.t), len(runs.outputs)
     features = 0 if runs.features is None else math.prod(runs.features.shape[1:])
@@ -258,12 +250,8 @@ def _timed(
     settings: Settings | None,
     probes: int | None,
     enough: float,
-    first: tuple[int, int],
 ) -> tuple[RunTable, NDArray[np.intp], list[tuple[int, float]]]:
-    """Some runs, their numbers, and how many took how long at each time, until these take long enough [s].
-
-    If their number is not given, the `first` are so many, and so many for each worker.
-    """
+    """Some runs, their numbers, and how many took how long at each time, until these take long enough [s]."""
     probe = replace(
         runner,
         execution=replace(runner.execution, store=None, max_seconds=None, in_memory=True),
@@ -273,7 +261,7 @@ def _timed(
     if probe.execution.executor is not None:
         workers = worker_count(probe.execution.executor)
         probe.made(points[:workers], settings, midpoint=False)  # workers start with their first piece
-    count = min(len(points), probes or max(first[0], first[1] * workers))
+    count = min(len(points), probes or workers)
     measured: list[tuple[int, float]] = []
     while True:
         rows = np.linspace(0, len(points) - 1, count).round().astype(int)

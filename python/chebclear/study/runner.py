@@ -32,12 +32,7 @@ from .sources.finished import FinishedRuns
 from .sources.own import check_own_features, check_unused
 from .sources.run_table import RunTable
 from .sources.scenes import SceneRuns
-from .spec import (
-    StudySpec,
-    check_keywords,
-    checked_intervals,
-    returns_a_scene,
-)
+from .spec import StudySpec, check_keywords, checked_intervals, returns_a_scene
 
 if TYPE_CHECKING:
     from .results import StudyResult
@@ -88,12 +83,7 @@ class Runner(StudySpec):
         return StudySpec(**asked)
 
     def made(
-        self,
-        points: Array,
-        settings: Settings | None,
-        *,
-        midpoint: bool = True,
-        usage: Usage = SAMPLES_ALONE,
+        self, points: Array, settings: Settings | None, *, midpoint: bool = True, usage: Usage = SAMPLES_ALONE
     ) -> RunTable:
         """The runs at the points and, if requested, last the nominal one, from any source; warns of
         nothing."""

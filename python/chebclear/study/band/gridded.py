@@ -15,7 +15,7 @@ from ...scene.scene import Interval
 from ..polynomials.holes import HoleFit, fit_holes, left_out_error
 from ..polynomials.points import nominal_point
 from ..polynomials.surrogate import BoundKind, Surrogate, time_blocks
-from ..sources.run_table import RunTable
+from ..sources.run_table import ROUNDING, RunTable
 from .band import Band
 from .margin import RESOLVED, Margin, Verdict
 
@@ -117,7 +117,7 @@ def judged(
         errors = holes.condition * np.maximum(errors, left_out.max(axis=0))
     miss = float(np.mean(errors))
     # Rounding errors of the runs must not count for a constant output.
-    noise = 1e-12 * float(max(np.max(grid, initial=0.0), -np.min(grid, initial=0.0)))
+    noise = ROUNDING * float(max(np.max(grid, initial=0.0), -np.min(grid, initial=0.0)))
     error = 0.0 if miss <= noise else miss / width if width > 0.0 else math.inf
     verdict: Verdict = "resolved" if max(error, unknown) <= RESOLVED else "not resolved"
     return verdict, Margin("polynomial", degree=max(surrogate.degrees), error=error)

@@ -20,7 +20,8 @@ from ..polynomials.surrogate import Surrogate, time_blocks
 
 # Number of polynomials in the interval parameters that are bounded at once: 64 MB at 16 terms.
 _AT_ONCE = 500_000
-MOST_DRAWS = 1_000_000
+# Draws [-]: 16 MB of ends an instant.
+_MOST_DRAWS = 1_000_000
 # A quantile is taken so many of its standard errors further out: of 40 sets of draws less than one is not far
 # enough out.
 _CONFIDENCE = 2.0
@@ -109,11 +110,11 @@ def quantile_bounds(
     tail = 0.5 * (1.0 - share)
     # Draws are left in each tail, beyond its standard error.
     least = math.ceil(_CONFIDENCE**2 / tail)
-    if least > MOST_DRAWS:
+    if least > _MOST_DRAWS:
         raise ArgumentError(
-            f"a probability of {asked!r} takes {least} draws, more than {MOST_DRAWS}: ask for less"
+            f"a probability of {asked!r} takes {least} draws, more than {_MOST_DRAWS}: ask for less"
         )
-    count = checks.whole("draws", draws, least=least, most=MOST_DRAWS)
+    count = checks.whole("draws", draws, least=least, most=_MOST_DRAWS)
     checks.finish()
     beyond = max(0, math.floor(tail * count - _CONFIDENCE * math.sqrt(tail * (1.0 - tail) * count)))
     weights = _drawn(surrogate, random, count, default_rng(start))

@@ -11,7 +11,7 @@ import numpy as np
 from ...base.rows import Array
 from ...base.units import unit
 from ..polynomials.holes import left_out_error
-from ..polynomials.points import on_cube
+from ..polynomials.points import SAME_POINT, on_cube
 from ..polynomials.surrogate import Surrogate, chebyshev_grid, time_blocks
 
 Method = Literal["polynomial", "envelope", "runs"]
@@ -26,8 +26,6 @@ _FAR_OFF = 2.0 * RESOLVED
 # The same for nodes of a grid that are predicted from the others, whose errors are several times those of the
 # polynomial itself.
 _FAR_OFF_LEFT_OUT = 5.0 * RESOLVED
-# Difference of points that are the same, over half the interval.
-_SAME_POINT = 1e-6
 # Error of slopes near the boundaries of the box that is told, over the width divided by the interval.
 _STEEP = 0.25
 
@@ -100,7 +98,7 @@ def _on_grid(surrogate: Surrogate, nodes: list[int], points: Array) -> bool:
         return False
     grid = chebyshev_grid(list(surrogate.intervals.values()), nodes)
     own, wanted = (on_cube(surrogate.intervals, each) for each in (points[: len(grid)], grid))
-    return bool(np.max(np.abs(own - wanted)) < _SAME_POINT)
+    return bool(np.max(np.abs(own - wanted)) < SAME_POINT)
 
 
 def doubt_of(name: str, verdict: Verdict, what: str, t: Array, off: Array | None) -> str:

@@ -17,6 +17,7 @@ from ...base import files as records
 from ...base.rows import Array
 from ...errors import ArgumentError
 from ..polynomials.points import even_points
+from ..sources.run_table import ROUNDING
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,8 +39,6 @@ _POINTS = 256
 _MOVED = 0.01
 # Largest size of values, whose square is a number still.
 _LARGEST = 1e150
-# Relative difference of the runs that counts as rounding.
-_ROUNDING = 1e-12
 
 
 class Estimate(NamedTuple):
@@ -254,7 +253,7 @@ def find_effects(names: list[str], model: Model) -> Effects:
     estimates = [Estimate(*map(float, row)) for row in zip(shares, lower, upper, strict=True)]
     words = {1: "rises", -1: "falls"}
     level = float(np.mean(values)) if is_constant(values) else 0.0
-    error = max(math.sqrt(missed * total), _ROUNDING * float(np.max(np.abs(values))))
+    error = max(math.sqrt(missed * total), ROUNDING * float(np.max(np.abs(values))))
     signs = _certain_signs(model, error)
     return Effects(
         degree=int(model.fit.powers.sum(axis=1).max()),
@@ -325,7 +324,7 @@ def model_of(points: Array, values: Array, fits: list[Fit] | None = None, seed: 
 
 def is_constant(values: Array) -> bool:
     """Whether a feature is the same in every run up to rounding, and so has no effects."""
-    return bool(np.ptp(values) <= _ROUNDING * np.max(np.abs(values)))
+    return bool(np.ptp(values) <= ROUNDING * np.max(np.abs(values)))
 
 
 def _model(fit: Fit, points: Array, values: Array, level: Array, seed: int) -> Model:

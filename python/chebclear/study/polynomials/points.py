@@ -17,6 +17,9 @@ CHECKS = 3
 """Runs beside a grid of Chebyshev roots that check its polynomials [-]. With three parameters, two of them
 see less than a twentieth of the range of one wave in 20."""
 
+SAME_POINT = 1e-6
+"""Difference of points that are the same, over half the interval [-]."""
+
 # Probability of a gap in an interval below which runs do not fill it.
 _UNLIKELY = 1e-6
 # The same of parts of the box in two parameters: 120 normally distributed runs, three standard deviations to

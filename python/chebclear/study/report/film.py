@@ -10,14 +10,7 @@ import numpy as np
 
 from ...base.rows import Array
 from ...errors import ChebclearError, ChebclearWarning
-from ...plots.animation.film import (
-    MOST_FRAMES,
-    evenly,
-    instants,
-    mechanism_panel,
-    mechanism_words,
-    time_axis,
-)
+from ...plots.animation.film import MOST_FRAMES, evenly, instants, mechanism_panel, mechanism_words, time_axis
 from ...plots.animation.motion import moving_mechanism
 from ...plots.bands import THIN
 from ...plots.drawing.pose import pose_columns, simulated_poses

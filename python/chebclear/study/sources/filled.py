@@ -13,10 +13,8 @@ from ...base.arguments import Checks
 from ...base.rows import Array
 from ...scene.scene import Interval
 from ..polynomials.points import on_cube, unfilled
+from .run_table import ROUNDING
 
-# Largest difference of a parameter from that of a copy, over half the interval, and of values over the range
-# of all runs: rounding alone, since of 2000 random values of one parameter two may be within 1e-6.
-_COPY = 1e-12
 # Correlation of two parameters from which runs leave out most of the box, and that of independent ones by
 # chance, times the square root of the number of runs.
 _LARGEST_CORRELATION = 0.5
@@ -37,10 +35,10 @@ def copies_of(
     points = np.stack(list(columns.values()), axis=-1)
     # Values whose differences overflow are refused elsewhere, as are intervals without a width.
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        scales = np.array([_COPY * sides[name].half_width for name in columns])
+        scales = np.array([ROUNDING * sides[name].half_width for name in columns])
         # Not below the rounding of the values themselves.
         cells = np.round(points / np.maximum(scales, 8.0 * np.spacing(np.max(np.abs(points), axis=0)))) + 0.0
-        near = [_COPY * float(np.ptp(array)) for array in values]
+        near = [ROUNDING * float(np.ptp(array)) for array in values]
     rows = (b"".join(array[run].tobytes() for array in values) for run in range(len(points)))
     if 2 * len({hashlib.sha256(row).digest() for row in rows}) < len(np.unique(cells, axis=0)):
         return []

@@ -14,15 +14,13 @@ from ...errors import ArgumentError, describe
 from ...notices import Notice
 from ...run.features import Feature
 from ...scene.scene import Interval
-from ..polynomials.points import is_grid, nominal_point, on_cube
+from ..polynomials.points import SAME_POINT, is_grid, nominal_point, on_cube
 from .asked import checked_units, require_known
 from .filled import copies_of, left_out, spread
 from .own import check_own_features, sampled_feature
 from .returned import time_axis
 from .run_table import RunTable
 
-# Largest difference of a parameter from that of a run of a table, over half the interval, for the same point.
-_SAME_POINT = 1e-6
 # A square table may be transposed if neighboring runs differ by less than this part of neighboring samples.
 _ROUGHER = 0.2
 
@@ -102,7 +100,7 @@ class FinishedRuns:
         if not np.array_equal(self.parameters[rows], points):
             away = [self._away(point) for point in points]
             rows = [int(one.argmin()) for one in away]
-            missing = [index for index, one in enumerate(away) if one.min() > _SAME_POINT]
+            missing = [index for index, one in enumerate(away) if one.min() > SAME_POINT]
         if missing:
             first = dict(zip(self.intervals, map(float, points[missing[0]]), strict=True))
             raise ArgumentError(
@@ -113,7 +111,7 @@ class FinishedRuns:
         stand_in = None
         if midpoint:
             rows.append(self.nominal)
-            if self._away(nominal_point(self.intervals)).min() > _SAME_POINT:
+            if self._away(nominal_point(self.intervals)).min() > SAME_POINT:
                 stand_in = self.parameters[self.nominal]
                 at = dict(zip(self.intervals, map(float, stand_in), strict=True))
                 text = (
@@ -133,7 +131,7 @@ class FinishedRuns:
         """Parameters of the runs but the nominal one that are at none of the points."""
         wanted, points = on_cube(self.intervals, grid), on_cube(self.intervals, self.points)
         away = [np.max(np.abs(wanted - point), axis=1).min() for point in points]
-        return np.asarray(self.points[np.array(away) > _SAME_POINT])
+        return np.asarray(self.points[np.array(away) > SAME_POINT])
 
 
 def finished_runs(
@@ -345,7 +343,7 @@ def _table_intervals(checks: Checks, columns: Mapping[str, Array], given: object
             text = f"must be an Interval(lower, upper), got {side!r}"
             checks.add(f'intervals["{name}"]', text, wrong_type=True)
             continue
-        slack = _SAME_POINT * side.half_width
+        slack = SAME_POINT * side.half_width
         outside = np.flatnonzero((column < side.lower - slack) | (column > side.upper + slack))
         if len(outside):
             text = f"is {float(column[outside[0]])!r} in run {outside[0]}, outside its interval "

@@ -17,6 +17,9 @@ from ...notices import Notice
 from ...run.settings import Settings
 from ...scene.scene import Scene
 
+ROUNDING = 1e-12
+"""Relative difference of values of runs that counts as rounding [-]."""
+
 
 @dataclass(frozen=True, eq=False)
 class RunTable:

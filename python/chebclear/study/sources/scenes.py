@@ -122,6 +122,7 @@ class SceneRuns:
             self._nominal = self._limited(scene_of, runner, nominal)
         self._structures = Structures()
         self._like = self._flat(self._nominal, nominal)
+        middle = self._like[0].clearances_in(self._like[1])
         try:
             facts = self._nominal.check()
             self.settings = settings.fitted(facts)
@@ -132,7 +133,7 @@ class SceneRuns:
         self.columns = facts.columns if outputs is None else tuple(outputs)
         self._reach: dict[str, float] = {}
         if runner.execution.most_failed < 1.0:  # else nothing is said of the box
-            self._reach = self._checked_ends(nominal)
+            self._reach = self._checked_ends(nominal, middle)
 
     def parameters(self, number: int) -> dict[str, float]:
         """Parameters of a run by its number; the nominal one comes last [SI units]."""
@@ -234,16 +235,14 @@ class SceneRuns:
         for name, clearance in clearances.items():
             self._clearances[name] = max(clearance, self._clearances.get(name, 0.0))
 
-    def _checked_ends(self, nominal: dict[str, float]) -> dict[str, float]:
-        """Largest clearance of each joint in the box, where it depends on one parameter at a time [m]; none
-        if it is not known at an end of an interval.
+    def _checked_ends(self, nominal: dict[str, float], middle: dict[str, float]) -> dict[str, float]:
+        """Largest clearance of each joint in the box, from that in the `middle`, where it depends on one
+        parameter at a time [m]; none if it is not known at an end of an interval.
 
         An error is raised if there is no mechanism at an end, since bounds hold for the whole interval:
         Chebyshev roots lie inside, and would not reveal a length that reaches down to zero; for other points
         the problem is reported before the runs are simulated.
         """
-        structure, numbers = self._like
-        middle = structure.clearances_in(numbers)
         largest, known = dict(middle), True
         for name, side in self._runner.intervals.items():
             ends = []
