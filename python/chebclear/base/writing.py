@@ -7,7 +7,7 @@ import platform
 import re
 import shutil
 import threading
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -38,16 +38,23 @@ def file_name(name: str) -> str:
     return re.sub(r"[^\w.-]", "_", name, flags=re.ASCII)
 
 
-def file_names(names: Iterable[str]) -> list[str]:
-    """Different file names for different names, on systems too that are blind to case."""
-    found: list[str] = []
-    for name in names:
-        base = file = file_name(name)
-        count = 1
-        while file.lower() in (other.lower() for other in found):
+def distinct(
+    names: Iterable[str], accepted: Callable[[str], str], key: Callable[[str], str] = str
+) -> dict[str, str]:
+    """Names as something accepts them, different ones by a key for different names; those that fit stay.
+
+    >>> distinct(["a b", "a_b"], file_name), distinct(["rod", "Rod"], file_name, str.lower)
+    ({'a_b': 'a_b', 'a b': 'a_b_2'}, {'rod': 'rod', 'Rod': 'Rod_2'})
+    """
+    found: dict[str, str] = {}
+    taken: set[str] = set()
+    for name in sorted(dict.fromkeys(names), key=lambda one: accepted(one) != one):
+        free, count = accepted(name), 1
+        while key(free) in taken:
             count += 1
-            file = f"{base}_{count}"
-        found.append(file)
+            free = f"{accepted(name)}_{count}"
+        found[name] = free
+        taken.add(key(free))
     return found
 
 

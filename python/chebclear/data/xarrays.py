@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
+from ..base.writing import distinct
 from .dataset import Dataset
 from .needed import needed
 
@@ -39,7 +39,7 @@ def to_xarray(data: Dataset) -> xarray.Dataset:
     """Everything of a dataset; see `Exports.to_xarray`."""
     library = needed("xarray", "to_xarray")
     dimensions = [name for variable in data.variables.values() for name in variable.dimensions]
-    given = _given([*dimensions, *data.variables])
+    given = distinct([*dimensions, *data.variables], netcdf_name)
     variables: dict[str, Any] = {}
     # What is named like its own axis, and the parameters of the runs, are coordinates: labels of the data.
     labels: list[str] = []
@@ -51,24 +51,7 @@ def to_xarray(data: Dataset) -> xarray.Dataset:
         variables[given[name]] = (axes, variable.values.copy(), about)
         if variable.dimensions == (name,) or name.startswith("parameters."):
             labels.append(given[name])
-    facts = _given(data.facts)
+    facts = distinct(data.facts, netcdf_name)
     attributes = {facts[name]: value for name, value in data.facts.items()}
     dataset: xarray.Dataset = library.Dataset(variables, attrs=attributes).set_coords(labels)
     return dataset
-
-
-def _given(names: Iterable[str]) -> dict[str, str]:
-    """The names as netCDF accepts them, different ones for different names."""
-    wanted = list(dict.fromkeys(names))
-    # First those that stay.
-    found = {name: name for name in wanted if netcdf_name(name) == name}
-    taken = set(found)
-    for name in wanted:
-        if name not in found:
-            free, count = netcdf_name(name), 1
-            while free in taken:
-                count += 1
-                free = f"{netcdf_name(name)}_{count}"
-            found[name] = free
-            taken.add(free)
-    return found

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..base.shown import Shown
-from ..base.writing import file_names, replaced, with_default_suffix
+from ..base.writing import distinct, file_name, replaced, with_default_suffix
 from ..errors import ArgumentError
 from .document import Block, Document, Listing, Moving, Picture, Section, Table, Verdict
 from .film import Film, player, player_style
@@ -164,7 +164,7 @@ def _files(document: Document, folder: Path | None) -> dict[str, Path]:
         return {}
     blocks = [block for section in document.sections for block in section.blocks]
     names = [block.name for block in blocks if isinstance(block, Picture) and block.name]
-    return {name: folder / f"{file}.png" for name, file in zip(names, file_names(names), strict=True)}
+    return {name: folder / f"{file}.png" for name, file in distinct(names, file_name, str.lower).items()}
 
 
 def _download(listing: Listing) -> str:
