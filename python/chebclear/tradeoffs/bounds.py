@@ -233,13 +233,11 @@ class StudyTradeoff(WithNotices, html.Reported, records.Saved, Exports, kind="st
             degree = "-" if point.degree is None else str(point.degree)
             row = [point.bounds, degree, str(point.points), str(point.runs), str(point.stages)]
             row.append(format_number(point.seconds, 2))
-            for column in range(len(self.outputs)):
-                error = 100.0 * float(point.width_error[column])
+            percents = 100.0 * np.array([getattr(point, name) for name in _BY_OUTPUT])
+            for error, inside, *others in percents.T.tolist():
                 row.append("-" if math.isnan(error) else f"{error:+.2g}")
-                inside = 100.0 * float(point.containment[column])
                 row.append("-" if math.isnan(inside) else f"{inside:.2f}")
-                row.append(format_number(100.0 * float(point.escape[column]), 2))
-                row.append(format_number(100.0 * float(point.fit_error[column]), 2))
+                row += [format_number(other, 2) for other in others]
             rows.append([*row, point.status] if failures else row)
         return head, rows
 

@@ -6,8 +6,7 @@ import itertools
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.random import Generator, default_rng
@@ -35,8 +34,7 @@ _MOST_CORNERS = 8  # parameters: 256 corners
 _SLACK = 1e-9
 
 
-@dataclass
-class _Setting:
+class _Setting(NamedTuple):
     """One set of runs, with its bands and stages if all of them succeeded."""
 
     kind: str
@@ -197,19 +195,17 @@ def _grid(runner: Runner, degree: int | None, count: int) -> _Setting:
         grid = tensor_grid([np.linspace(side.lower, side.upper, count) for side in sides])
     else:
         grid, degrees = chebyshev_grid(sides, counts), (degree,) * len(sides)
-    kind = "scan" if degree is None else "chebyshev"
-    setting = _Setting(kind, degree, count, len(grid) + 1, 0.0, "done")
-    start = time.perf_counter()
+    start, status, bands, stages = time.perf_counter(), "done", None, 0
     try:
         found = _carried_out(runner, on_grid(runner, grid, counts, degrees, "eq31"))
         if found.failures:
-            setting.status = found.failures[0].reason
+            status = found.failures[0].reason
         else:
-            setting.bands, setting.stages = found.bands, sum(one.stages for one in found.stats)
+            bands, stages = found.bands, sum(one.stages for one in found.stats)
     except SimulationError as error:
-        setting.status = error.reason
-    setting.seconds = time.perf_counter() - start
-    return setting
+        status = error.reason
+    seconds = time.perf_counter() - start
+    return _Setting("scan", degree, count, len(grid) + 1, seconds, status, bands, stages)
 
 
 def _bands(runner: Runner, budgets: Sequence[int], seed: int) -> list[_Setting]:
@@ -237,38 +233,24 @@ def _points(
 ) -> Iterator[StudyTradeoffPoint]:
     """The points of all methods of bounding with the same runs."""
     ways: dict[str, Callable[[Band], tuple[Array, Array]]] = {setting.kind: _limits}
-    if setting.degree is not None:
-        ways = {"interval": _limits, "polynomial": _polynomial_limits, "sampled": _sampled_limits}
     unknown = np.full(len(reference), math.nan)
     fits = unknown
-    if setting.bands is not None and setting.degree is not None:
-        sizes = (np.max(upper - lower) for lower, upper in reference.values())
-        fits = np.array(
-            [
-                _fit_error(setting.bands[name], probes, size)
-                for name, size in zip(reference, sizes, strict=True)
-            ]
-        )
+    if setting.degree is not None:
+        ways = {"interval": _limits, "polynomial": _polynomial_limits, "sampled": _sampled_limits}
+        if setting.bands is not None:
+            errors = (_fit_error(setting.bands[name], probes, *ends) for name, ends in reference.items())
+            fits = np.array(list(errors))
     for bounds, limits in ways.items():
         start = time.perf_counter()
-        numbers = [unknown, unknown, unknown]
+        width, inside, escape = unknown, unknown, unknown
         if setting.bands is not None:
             pairs = {name: limits(setting.bands[name]) for name in reference}
             rows = [_judge(*pairs[name], *reference[name], probes[name].runs) for name in reference]
-            numbers = list(np.array(rows).T)
-        yield StudyTradeoffPoint(
-            bounds=bounds,
-            degree=setting.degree,
-            points=setting.points,
-            runs=setting.runs,
-            stages=setting.stages,
-            seconds=setting.seconds + (time.perf_counter() - start),
-            status=setting.status,
-            width_error=numbers[0],
-            containment=numbers[1],
-            escape=numbers[2],
-            fit_error=unknown if bounds == "sampled" else fits,
-        )
+            width, inside, escape = np.array(rows).T
+        seconds = setting.seconds + (time.perf_counter() - start)
+        facts = (setting.degree, setting.points, setting.runs, setting.stages, seconds, setting.status)
+        fit = unknown if bounds == "sampled" else fits
+        yield StudyTradeoffPoint(bounds, *facts, width, inside, escape, fit)
 
 
 def _limits(band: Band) -> tuple[Array, Array]:
@@ -287,10 +269,10 @@ def _polynomial_limits(band: Band) -> tuple[Array, Array]:
     return surrogate.bounds()
 
 
-def _fit_error(band: Band, probes: StudyResult, width: float) -> float:
-    """Largest difference of polynomial and hold-out runs over a width [-]."""
+def _fit_error(band: Band, probes: StudyResult, least: Array, most: Array) -> float:
+    """Largest difference of polynomial and hold-out runs over the width of the reference [-]."""
     values = band.evaluate(**dict(zip(band.intervals, probes.parameters.T, strict=True)))
-    return float(_relative(np.max(np.abs(values - probes[band.name].runs)), width))
+    return float(_relative(np.max(np.abs(values - probes[band.name].runs)), np.max(most - least)))
 
 
 def _judge(lower: Array, upper: Array, least: Array, most: Array, runs: Array) -> tuple[float, float, float]:
