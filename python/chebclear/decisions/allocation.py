@@ -278,20 +278,15 @@ def allocate(
         status = "scatter" if best.model.scatter > 0.5 else "others"
     notices = tuple(search.notices.values())
     issue(notices)
+    units, before, after = search.runner.units, search.before.tolist(), design.tolist()
+    rows = [
+        (one, old, new, (one[1].at(old), one[1].at(new)))
+        for one, old, new in zip(search.prices.items(), before, after, strict=True)
+    ]
     return Allocation(
         tolerances={
-            name: Tolerance(
-                name,
-                search.runner.units.get(name, ""),
-                before,
-                after,
-                price.grades.get(after, ""),
-                price.at(before),
-                price.at(after),
-            )
-            for (name, price), before, after in zip(
-                search.prices.items(), search.before.tolist(), design.tolist(), strict=True
-            )
+            name: Tolerance(name, units.get(name, ""), before, after, price.grades.get(after, ""), *costs)
+            for (name, price), before, after, costs in rows
         },
         status=status,
         share=search.share,

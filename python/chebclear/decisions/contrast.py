@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from bisect import bisect_left
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -370,11 +371,10 @@ def _difference(name: str, unit: str, pairs: Array, confidence: float) -> Differ
 
 def _median_between(ordered: Array, confidence: float) -> tuple[float, float]:
     """Ordered values between which the median lies with at least this confidence, for any distribution."""
-    count = len(ordered)
-    places = [k for k in range(count // 2) if binomial_cdf(k, count, 0.5) <= 0.5 * (1.0 - confidence)]
-    if not places:  # too few
-        return -np.inf, np.inf
-    return float(ordered[places[-1]]), float(ordered[count - 1 - places[-1]])
+    places = range(len(ordered) // 2)
+    risk = 0.5 * (1.0 - confidence)
+    place = bisect_left(places, True, key=lambda k: binomial_cdf(k, len(ordered), 0.5) > risk) - 1
+    return (float(ordered[place]), float(ordered[-1 - place])) if place >= 0 else (-np.inf, np.inf)
 
 
 def _share_difference(

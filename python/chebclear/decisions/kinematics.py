@@ -107,9 +107,8 @@ def transmission_angle(scene: Scene, poses: Array) -> Array | None:
         far, near = (_path(scene, poses, _end_at(one, coupler)) for one in (others[0], pin))
         rod = near - far
         if isinstance(joint, Prismatic):
-            turned = (
-                np.zeros(1) if owner_of(joint.a) == GROUND else poses[:, _index(scene, owner_of(joint.a)), 2]
-            )
+            guide = owner_of(joint.a)
+            turned = np.zeros(1) if guide == GROUND else poses[:, _index(scene, guide), 2]
             way = _turned(np.array(joint.axis), turned)
         else:
             arm = near - _path(scene, poses, _end_at(joint, output))

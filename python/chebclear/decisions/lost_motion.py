@@ -178,15 +178,12 @@ def _way(checks: Checks, direction: object) -> tuple[float, float] | None:
     """The direction of unit length; None for a torque."""
     if direction is None:
         return None
-    given = np.ravel(np.asarray(direction, dtype=object))
-    numbers = [as_number(one) for one in given]
-    if len(numbers) != 2 or None in numbers:
-        checks.add("direction", f"must be a pair of numbers (x, y), got {direction!r}", wrong_type=True)
-        return 1.0, 0.0
-    x, y = (float(one) for one in numbers if one is not None)
-    length = math.hypot(x, y)
-    if not 0.0 < length < math.inf:
-        checks.add("direction", f"must be finite and not zero, got {direction!r}")
+    numbers = [as_number(one) for one in np.ravel(np.asarray(direction, dtype=object))]
+    x, y = numbers if len(numbers) == 2 else (None, None)
+    length = math.nan if x is None or y is None else math.hypot(x, y)
+    if x is None or y is None or not 0.0 < length < math.inf:
+        words = f"must be a pair of numbers (x, y), finite and not zero, got {direction!r}"
+        checks.add("direction", words, wrong_type=math.isnan(length))
         return 1.0, 0.0
     return x / length, y / length
 

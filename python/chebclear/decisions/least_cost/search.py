@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Mapping
 from dataclasses import astuple, dataclass, field, replace
 from typing import NamedTuple
@@ -362,12 +363,8 @@ def checked_search(
 
 def most_outside(trials: int, outside: float, confidence: float) -> int:
     """The most of so many trials that may be outside and still prove that no larger share is."""
-    low, high = -1, trials
-    while high - low > 1:
-        middle = (low + high) // 2
-        proves = binomial_cdf(middle, trials, outside) <= 0.5 * (1.0 - confidence)
-        low, high = (middle, high) if proves else (low, middle)
-    return low
+    risk = 0.5 * (1.0 - confidence)
+    return bisect_left(range(trials), True, key=lambda found: binomial_cdf(found, trials, outside) > risk) - 1
 
 
 def _intervals(parameters: Mapping[str, Interval | Distribution]) -> dict[str, Interval]:
