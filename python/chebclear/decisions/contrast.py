@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 from bisect import bisect_left
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from zlib import crc32
 
 import numpy as np
@@ -24,7 +24,6 @@ from ..report import html
 from ..report.document import Document, Items, Picture, Section, Table
 from ..run.continuation import changes
 from ..run.report import version_fact, warnings_section
-from ..scene.distributions import Distribution
 from ..scene.scene import Interval
 from ..study.conforming import extremes_of, watching_for
 from ..study.requirements.exact import binomial_cdf, exact_interval
@@ -40,7 +39,7 @@ from .trace import made_at
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Differences of the two specifications that are named one by one.
+# What differs in two studies that is named one by one [-]: a screen.
 _MOST_NAMED = 12
 
 
@@ -390,29 +389,25 @@ def _share_difference(
     return ShareDifference(name, one, pairs, only_first, only_second, both, neither, *ends, confidence)
 
 
-def _changes(first: Runner, second: Runner) -> Iterator[str]:
+def _changes(first: Runner, second: Runner) -> list[str]:
     """What differs in the two studies, in words."""
-    for name in dict.fromkeys([*first.parameters, *second.parameters]):
-        sides = [runner.parameters.get(name) for runner in (first, second)]
-        if sides[0] != sides[1]:
-            yield f"parameter {name}: {_side(sides[0])} and {_side(sides[1])}"
-    for name in dict.fromkeys([*first.fixed, *second.fixed]):
-        values = [runner.fixed.get(name, "not given") for runner in (first, second)]
-        if values[0] is not values[1] and repr(values[0]) != repr(values[1]):
-            yield f"fixed {name}: {values[0]!r:.60} and {values[1]!r:.60}"
-    if first.settings is not None and second.settings is not None:
-        for name in first.settings.__match_args__:
-            one, other = (getattr(runner.settings, name) for runner in (first, second))
-            if one != other and name not in ("outputs", "features"):
-                yield f"setting {name}: {one!r:.60} and {other!r:.60}"
-        plain = [json.loads(scene_of(runner, runner.nominal).to_json()) for runner in (first, second)]
-        found = [f"{path}: {one} and {other}" for path, one, other in changes(plain[0], plain[1], "scene")]
-        yield from found[:_MOST_NAMED]
-        if len(found) > _MOST_NAMED:
-            yield f"{len(found) - _MOST_NAMED} more numbers and names of the nominal scene"
+    found = [f"{path}: {one} and {other}" for path, one, other in changes(_plain(first), _plain(second))]
+    more = [f"{len(found) - _MOST_NAMED} more"] if len(found) > _MOST_NAMED else []
+    return found[:_MOST_NAMED] + more
 
 
-def _side(side: Interval | Distribution | None) -> str:
-    if isinstance(side, Interval):
-        return f"{side.lower:.6g} to {side.upper:.6g}"
-    return "not there" if side is None else repr(side)
+def _plain(runner: Runner) -> dict[str, Any]:
+    """A study as names, numbers and texts."""
+    plain: dict[str, Any] = {
+        "parameters": {
+            name: f"{one.lower:.6g} to {one.upper:.6g}" if isinstance(one, Interval) else repr(one)
+            for name, one in runner.parameters.items()
+        },
+        "fixed": {
+            key: one if isinstance(one, str | float) else f"{one!r:.60}" for key, one in runner.fixed.items()
+        },
+    }
+    if runner.settings is not None:
+        plain["settings"] = vars(runner.settings) | {"outputs": None, "features": None}
+        plain["scene"] = json.loads(scene_of(runner, runner.nominal).to_json())
+    return plain

@@ -79,7 +79,7 @@ def test_mechanisms_are_compared_and_what_differs_is_named():
     assert found["peak"].unit == "N" and len(found["peak"].first) == 12
     assert found["reach"].pairs == 12
     text = "\n".join(found.changes)
-    assert "parameter clearance: 1e-05 to 2e-05 and 2e-05 to 4e-05" in text
+    assert 'parameters.clearance: "1e-05 to 2e-05" and "2e-05 to 4e-05"' in text
     assert "scene.joints.wrist.clearance: 1.5e-05 and 3e-05" in text
     # The same mechanisms as the studies themselves would simulate.
     function = tight.function("peak")
@@ -87,7 +87,7 @@ def test_mechanisms_are_compared_and_what_differs_is_named():
     assert again["peak"].median == 0.0 and again.changes == ()
     assert function.parameters == ("crank_length", "clearance")
     other = cc.contrast(tight, study(cc.Interval(1e-5, 2e-5), 0.15), runs=6)
-    assert any(one.startswith("fixed rod_length: 0.12 and 0.15") for one in other.changes)
+    assert any(one.startswith("fixed.rod_length: 0.12 and 0.15") for one in other.changes)
     assert "peak" in str(other) and "<table" in other._repr_html_()
 
 
