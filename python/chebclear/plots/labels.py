@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..scene.columns import column_unit, column_words, plain_words
+from ..scene.columns import column_quantity, column_unit, column_words, plain_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -142,20 +142,13 @@ def words_in_common(names: list[str]) -> str:
     """
     if len(names) == 1:
         return column_words(names[0])
-    quantities = [_quantity(name).split() for name in names]
+    quantities = [column_quantity(name).split() for name in names]
     common: list[str] = []
     for ends in zip(*(reversed(quantity) for quantity in quantities), strict=False):
         if len(set(ends)) > 1:
             break
         common.insert(0, ends[0])
     return " ".join(common)
-
-
-def _quantity(name: str) -> str:
-    """What a column is in words, without its owner."""
-    words = column_words(name)
-    owner = plain_words(name.rpartition(".")[0])
-    return words.removesuffix(f" of {owner}").removesuffix(f" in {owner}")
 
 
 def text_width(text: str, size: float) -> float:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ..base.arguments import Checks, meant_or_known
 from ..errors import ArgumentError, ArgumentTypeError, UnknownNameError
-from ..scene.columns import column_unit, column_words, plain_words
+from ..scene.columns import column_quantity, column_unit, column_words, plain_words
 from ..scene.parts import ClearanceRevolute, loose_joints
 from .axes import (
     COLORS,
@@ -97,9 +97,9 @@ def plot_trajectory(
     ax = new_axes(ax)
     common = words_in_common(names)
     for name, curve in zip(names, curves, strict=True):
-        words = column_words(name)
         # What all of them are is on the axis.
-        own = words.removeprefix(f"{common} of ").removeprefix(f"{common} in ") if len(names) > 1 else words
+        alike = len(names) > 1 and column_quantity(name) == common
+        own = plain_words(name.rpartition(".")[0]) if alike else column_words(name)
         style = line_style(line, linewidth=0.9, label=own)
         ax.plot(abscissa, scale * curve, **style)
     # A column of the run as abscissa is no more known after the end than the curves are.

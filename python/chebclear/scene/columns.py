@@ -5,62 +5,63 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-# SI unit of a column, and its meaning in words before the name of its owner, by the last part of its name.
+# SI unit of a column, its meaning in words and the word before the name of its owner, by the last part of the
+# name.
 _COLUMNS = {
-    "x": ("m", "x position of"),
-    "y": ("m", "y position of"),
-    "angle": ("rad", "angle of"),
-    "vx": ("m/s", "x velocity of"),
-    "vy": ("m/s", "y velocity of"),
-    "angular_velocity": ("rad/s", "angular velocity of"),
-    "ax": ("m/s²", "x acceleration of"),
-    "ay": ("m/s²", "y acceleration of"),
-    "angular_acceleration": ("rad/s²", "angular acceleration of"),
-    "eccentricity_x": ("m", "x eccentricity in"),
-    "eccentricity_y": ("m", "y eccentricity in"),
-    "eccentricity": ("m", "eccentricity in"),
-    "penetration": ("m", "penetration in"),
-    "penetration_rate": ("m/s", "penetration rate in"),
-    "sliding_velocity": ("m/s", "sliding velocity in"),
-    "normal_force": ("N", "normal force in"),
-    "friction_force": ("N", "friction force in"),
-    "contact": ("-", "contact in"),
-    "friction_torque": ("N m", "friction torque in"),
-    "friction_power": ("W", "friction power in"),
-    "sticking": ("-", "sticking in"),
-    "point_x": ("m", "x position of the contact in"),
-    "point_y": ("m", "y position of the contact in"),
-    "torque": ("N m", "torque of"),
-    "force": ("N", "force of"),
-    "driver_torque": ("N m", "torque on the driver of"),
-    "driver_force": ("N", "force on the driver of"),
-    "tooth_force": ("N", "tooth force of"),
-    "tooth_force_x": ("N", "x tooth force of"),
-    "tooth_force_y": ("N", "y tooth force of"),
-    "transmission_error": ("m", "transmission error of"),
-    "power": ("W", "power of"),
-    "reaction_x": ("N", "x reaction in"),
-    "reaction_y": ("N", "y reaction in"),
-    "reaction_torque": ("N m", "reaction torque in"),
-    "displacement": ("m", "displacement in"),
-    "velocity": ("m/s", "velocity in"),
-    "acceleration": ("m/s²", "acceleration in"),
-    "offset": ("m", "offset in"),
-    "tilt": ("rad", "tilt in"),
-    "deflection": ("m", "deflection of"),
-    "force_x": ("N", "x force of"),
-    "force_y": ("N", "y force of"),
-    "eccentricity_ratio": ("-", "eccentricity ratio in"),
-    "film_force_x": ("N", "x film force in"),
-    "film_force_y": ("N", "y film force in"),
-    "film_torque": ("N m", "film torque in"),
-    "film_thickness": ("m", "film thickness in"),
-    "film_loss": ("W", "film loss in"),
-    "length": ("m", "length of"),
-    "lengthening": ("m/s", "lengthening rate of"),
-    "impact_loss": ("J", "impact loss in"),
-    "friction_loss": ("J", "friction loss in"),
-    "wear": ("N m", "wear integral of"),
+    "x": ("m", "x position", "of"),
+    "y": ("m", "y position", "of"),
+    "angle": ("rad", "angle", "of"),
+    "vx": ("m/s", "x velocity", "of"),
+    "vy": ("m/s", "y velocity", "of"),
+    "angular_velocity": ("rad/s", "angular velocity", "of"),
+    "ax": ("m/s²", "x acceleration", "of"),
+    "ay": ("m/s²", "y acceleration", "of"),
+    "angular_acceleration": ("rad/s²", "angular acceleration", "of"),
+    "eccentricity_x": ("m", "x eccentricity", "in"),
+    "eccentricity_y": ("m", "y eccentricity", "in"),
+    "eccentricity": ("m", "eccentricity", "in"),
+    "penetration": ("m", "penetration", "in"),
+    "penetration_rate": ("m/s", "penetration rate", "in"),
+    "sliding_velocity": ("m/s", "sliding velocity", "in"),
+    "normal_force": ("N", "normal force", "in"),
+    "friction_force": ("N", "friction force", "in"),
+    "contact": ("-", "contact", "in"),
+    "friction_torque": ("N m", "friction torque", "in"),
+    "friction_power": ("W", "friction power", "in"),
+    "sticking": ("-", "sticking", "in"),
+    "point_x": ("m", "x position of the contact", "in"),
+    "point_y": ("m", "y position of the contact", "in"),
+    "torque": ("N m", "torque", "of"),
+    "force": ("N", "force", "of"),
+    "driver_torque": ("N m", "torque on the driver", "of"),
+    "driver_force": ("N", "force on the driver", "of"),
+    "tooth_force": ("N", "tooth force", "of"),
+    "tooth_force_x": ("N", "x tooth force", "of"),
+    "tooth_force_y": ("N", "y tooth force", "of"),
+    "transmission_error": ("m", "transmission error", "of"),
+    "power": ("W", "power", "of"),
+    "reaction_x": ("N", "x reaction", "in"),
+    "reaction_y": ("N", "y reaction", "in"),
+    "reaction_torque": ("N m", "reaction torque", "in"),
+    "displacement": ("m", "displacement", "in"),
+    "velocity": ("m/s", "velocity", "in"),
+    "acceleration": ("m/s²", "acceleration", "in"),
+    "offset": ("m", "offset", "in"),
+    "tilt": ("rad", "tilt", "in"),
+    "deflection": ("m", "deflection", "of"),
+    "force_x": ("N", "x force", "of"),
+    "force_y": ("N", "y force", "of"),
+    "eccentricity_ratio": ("-", "eccentricity ratio", "in"),
+    "film_force_x": ("N", "x film force", "in"),
+    "film_force_y": ("N", "y film force", "in"),
+    "film_torque": ("N m", "film torque", "in"),
+    "film_thickness": ("m", "film thickness", "in"),
+    "film_loss": ("W", "film loss", "in"),
+    "length": ("m", "length", "of"),
+    "lengthening": ("m/s", "lengthening rate", "of"),
+    "impact_loss": ("J", "impact loss", "in"),
+    "friction_loss": ("J", "friction loss", "in"),
+    "wear": ("N m", "wear integral", "of"),
 }
 
 
@@ -72,7 +73,7 @@ def column_unit(name: str) -> str:
     """
     if name.startswith("energy."):  # the only owner of that name
         return "J"
-    return _COLUMNS.get(_quantity_and_sector(name.rpartition(".")[2])[0], ("", ""))[0]
+    return _COLUMNS.get(_quantity_and_sector(name.rpartition(".")[2])[0], ("",))[0]
 
 
 # Limits by the last part of the name of an output, which is never part of a name given by the user, and of
@@ -128,14 +129,29 @@ def column_words(name: str) -> str:
     >>> column_words("slider.vx"), column_words("crank_pin.normal_force"), column_words("energy.total")
     ('x velocity of slider', 'normal force in crank pin', 'total energy')
     """
+    return _words(name)[0]
+
+
+def column_quantity(name: str) -> str:
+    """The same without the owner.
+
+    >>> column_quantity("slider.vx"), column_quantity("energy.total")
+    ('x velocity', 'total energy')
+    """
+    return _words(name)[1]
+
+
+def _words(name: str) -> tuple[str, str]:
+    """The meaning of a column in words, with its owner and without."""
     owner, _, quantity = name.rpartition(".")
     if owner == "energy" and quantity in _ENERGIES:
-        return _ENERGIES[quantity]
+        return _ENERGIES[quantity], _ENERGIES[quantity]
     quantity, sector = _quantity_and_sector(quantity)
     if not owner or quantity not in _COLUMNS:
-        return plain_words(name)
+        return plain_words(name), plain_words(name)
+    _, what, joined = _COLUMNS[quantity]
     where = f", sector {sector}" if sector else ""
-    return f"{_COLUMNS[quantity][1]} {plain_words(owner)}{where}"
+    return f"{what} {joined} {plain_words(owner)}{where}", f"{what}{where}"
 
 
 def plain_words(name: str) -> str:

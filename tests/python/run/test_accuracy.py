@@ -108,6 +108,8 @@ def test_the_companion_runs_tighten_tolerances_that_were_set():
     # What these tolerances leave is far above what the rtol alone would.
     assert np.all(error.max(axis=0) > 1e-6)
     np.testing.assert_array_less(np.abs(run.error.max_difference / error.max(axis=0) - 1.0), 0.5)
+    finer = run.settings.tightened(10.0)
+    assert (finer.position_tolerance, finer.velocity_tolerance) == pytest.approx((1e-5, 1e-3))
 
 
 @pytest.mark.parametrize(

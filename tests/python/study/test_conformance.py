@@ -306,15 +306,6 @@ class TestSimulations:
             **more,
         )
 
-    def test_an_output_keeps_to_its_limits_during_the_continuous_motion(self):
-        """The lowest position is minus the length, which lies between samples."""
-        found = cc.conformance(self.study(), {"x": cc.require("block.x", above="-103 mm", below=1)}, 400)
-        share = found["x"]
-        column = found.parameter_names.index("length")
-        assert share.outside == np.count_nonzero(found.parameters[:, column] >= 0.103)
-        np.testing.assert_allclose(-share.lowest, found.parameters[:, column], rtol=1e-6)
-        assert share.unit == "m"
-
     def test_an_output_may_be_required_at_an_instant_and_a_feature_as_it_is(self):
         study = self.study(features={"top speed": cc.features.peak("block.vx")})
         found = cc.conformance(

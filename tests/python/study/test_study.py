@@ -104,23 +104,6 @@ def test_a_polynomial_is_judged_by_a_run_it_was_not_fitted_to(scan):
     assert scan["block.y"].verdict == "sampled" and scan["block.y"].margin.method == "runs"
 
 
-def test_sensitivities_are_derivatives_in_physical_units(chebyshev):
-    band, t = chebyshev["block.y"], chebyshev.t
-    np.testing.assert_allclose(band.sensitivity("gravity"), -0.5 * np.sin(0.75) ** 2 * t**2, atol=1e-8)
-    np.testing.assert_allclose(band.sensitivity("tilt"), -0.5 * 9.5 * np.sin(1.5) * t**2, atol=1e-6)
-    slope = band.sensitivity("tilt", at={"gravity": 8.5, "tilt": 1.1})
-    np.testing.assert_allclose(slope, -0.5 * 8.5 * np.sin(2.2) * t**2, atol=1e-6)
-    np.testing.assert_allclose(
-        band.sensitivity("tilt", normalized=True), 0.45 * band.sensitivity("tilt"), rtol=1e-13, atol=0
-    )
-
-
-def test_a_parameter_without_influence():
-    result = cc.Study(faller, {"mass": cc.Interval(1.0, 3.0)}, ["block.y"], **TIME).chebyshev(degree=2)
-    band = result["block.y"]
-    assert band.max_width < 1e-12 and np.abs(band.sensitivity("mass")).max() < 1e-12
-
-
 @pytest.fixture(scope="module")
 def crank_study():
     return cc.Study(

@@ -85,7 +85,7 @@ def _ends(side: Interval) -> str:
     text = format_ends(side.lower, side.upper)
     if side.nominal != side.midpoint:
         return f"{text}, nominal {side.nominal:.6g}"
-    if len(set(text.split(" to "))) == 1 and side.half_width > 0.0:
+    if f"{side.lower:.6g}" == f"{side.upper:.6g}" and side.half_width > 0.0:
         return f"{side.midpoint:.6g} ± {side.half_width:.3g}"
     return text
 

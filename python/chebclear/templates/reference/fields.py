@@ -17,7 +17,7 @@ from ..expressions import CONSTANTS, FUNCTIONS
 from ..parameters import DISTRIBUTIONS
 from ..reader import FORMAT
 from ..run_table import UNITS
-from .json_schema import CATALOG, COST, PARAMETER, REQUIREMENT, accepted_words, summary
+from .json_schema import CATALOG, COST, PARAMETER_WORDS, REQUIREMENT_WORDS, accepted_words, summary
 
 WIDTH = 100
 """Columns of the tables in plain text [-]."""
@@ -180,7 +180,7 @@ def _points() -> FieldRow:
 
 def _parameters() -> FieldTable:
     functions = ", ".join(FUNCTIONS)
-    words = (
+    about = (
         "A named number is a number, a quantity, an expression, or a table of these fields. Expressions of "
         f"parameters hold numbers, names, ``+ - * / **``, parentheses, {', '.join(CONSTANTS)} and the "
         f"functions {functions}; angles are in rad."
@@ -188,15 +188,10 @@ def _parameters() -> FieldTable:
     forms = {"limits": "[lower, upper]", "fit": "text", "unit": "text", "note": "text"}
     forms["distribution"] = ", ".join(f'"{one}"' for one in DISTRIBUTIONS)
     rows = [
-        FieldRow(
-            f"NAME.{name}",
-            forms.get(name, "number"),
-            "optional",
-            f"{capital(str(property['description']).partition(': a number in SI')[0])}.",
-        )
-        for name, property in PARAMETER["properties"].items()
+        FieldRow(f"NAME.{name}", forms.get(name, "number"), "optional", f"{capital(words)}.")
+        for name, words in PARAMETER_WORDS.items()
     ]
-    return FieldTable("[parameters]", "", words, tuple(rows))
+    return FieldTable("[parameters]", "", about, tuple(rows))
 
 
 def _run() -> FieldTable:
@@ -224,17 +219,13 @@ def _features() -> FieldTable:
 
 
 def _requirements() -> FieldTable:
-    words = "Limits that outputs and features must keep to, by names of your choice."
+    about = "Limits that outputs and features must keep to, by names of your choice."
     forms = {"of": ("text", "required"), "joint": ("text", "optional")}
     rows = [
-        FieldRow(
-            f"NAME.{name}",
-            *forms.get(name, ("number", "optional")),
-            f"{capital(str(property['description']).partition(': a number in SI')[0])}.",
-        )
-        for name, property in REQUIREMENT["properties"].items()
+        FieldRow(f"NAME.{name}", *forms.get(name, ("number", "optional")), f"{capital(words)}.")
+        for name, words in REQUIREMENT_WORDS.items()
     ]
-    return FieldTable("[requirements]", "", words, tuple(rows))
+    return FieldTable("[requirements]", "", about, tuple(rows))
 
 
 def _costs() -> FieldTable:

@@ -82,16 +82,20 @@ def _number(description: str) -> dict[str, Any]:
     return {"description": f"{description.rstrip('.')}: {written}", "type": ["number", "string"]}
 
 
+REQUIREMENT_WORDS = {
+    "of": "name of an output or a feature",
+    "above": "lower limit",
+    "below": "upper limit",
+    "at": "when alone it must be kept: an instant [s], or a crank angle such as '90 deg'",
+    "joint": "joint of the crank, if it is not that of the only drive",
+}
 REQUIREMENT: dict[str, Any] = {
     "type": "object",
     "additionalProperties": False,
     "required": ["of"],
     "properties": {
-        "of": {"description": "name of an output or a feature", **_TEXT},
-        "above": _number("lower limit"),
-        "below": _number("upper limit"),
-        "at": _number("when alone it must be kept: an instant [s], or a crank angle such as '90 deg'"),
-        "joint": {"description": "joint of the crank, if it is not that of the only drive", **_TEXT},
+        name: {"description": words, **_TEXT} if name in ("of", "joint") else _number(words)
+        for name, words in REQUIREMENT_WORDS.items()
     },
 }
 COST: dict[str, Any] = {
@@ -103,32 +107,31 @@ CATALOG: dict[str, Any] = {
     "type": "object",
     "additionalProperties": {"type": ["number", "string"]},
 }
+PARAMETER_WORDS = {
+    "nominal": "nominal value",
+    "rel": "half-width of the interval over the nominal value [-]",
+    "plus": "how far the value may lie above nominal",
+    "minus": "how far the value may lie below nominal",
+    "limits": "lower and upper limit",
+    "fit": "ISO fit of the bearing and its journal, such as '25 H7/f6': the radial clearance",
+    "distribution": "how often the values in the interval occur: normal has three standard deviations "
+    "to either side, lognormal those of its logarithm; triangular has its mode at the nominal value",
+    "unit": "unit for tables and pictures",
+    "note": "what it is, or where its value comes from",
+}
+_PARAMETER_TYPES: dict[str, Any] = {
+    "limits": {"type": "array", "items": _number("a limit"), "minItems": 2, "maxItems": 2},
+    "fit": _TEXT,
+    "distribution": {"enum": list(DISTRIBUTIONS)},
+    "unit": _TEXT,
+    "note": _TEXT,
+}
 PARAMETER: dict[str, Any] = {
     "type": "object",
     "additionalProperties": False,
     "properties": {
-        "nominal": _number("nominal value"),
-        "rel": _number("half-width of the interval over the nominal value [-]"),
-        "plus": _number("how far the value may lie above nominal"),
-        "minus": _number("how far the value may lie below nominal"),
-        "limits": {
-            "description": "lower and upper limit",
-            "type": "array",
-            "items": _number("a limit"),
-            "minItems": 2,
-            "maxItems": 2,
-        },
-        "fit": {
-            "description": "ISO fit of the bearing and its journal, such as '25 H7/f6': the radial clearance",
-            **_TEXT,
-        },
-        "distribution": {
-            "description": "how often the values in the interval occur: normal has three standard deviations "
-            "to either side, lognormal those of its logarithm; triangular has its mode at the nominal value",
-            "enum": list(DISTRIBUTIONS),
-        },
-        "unit": {"description": "unit for tables and pictures", **_TEXT},
-        "note": {"description": "what it is, or where its value comes from", **_TEXT},
+        name: {"description": words, **_PARAMETER_TYPES[name]} if name in _PARAMETER_TYPES else _number(words)
+        for name, words in PARAMETER_WORDS.items()
     },
 }
 
