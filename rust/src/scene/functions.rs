@@ -121,19 +121,10 @@ fn number_or_formula(fields: &mut Fields, name: &'static str, unit: &str) -> (f6
 
 pub(super) fn bushing(fields: &mut Fields) -> Force {
     let [name, a, b] = ["name", "a", "b"].map(|field| fields.text(field));
-    let [stiffness, damping, torsional_stiffness, torsional_damping] =
-        BUSHING.map(|(field, dimension)| number_or_formula(fields, field, &unit(dimension)));
+    let read = BUSHING.map(|(field, dimension)| number_or_formula(fields, field, &unit(dimension)));
     fields.required("stiffness");
-    Force::Bushing {
-        name,
-        a,
-        b,
-        stiffness: stiffness.0,
-        damping: damping.0,
-        torsional_stiffness: torsional_stiffness.0,
-        torsional_damping: torsional_damping.0,
-        formulas: [stiffness.1, damping.1, torsional_stiffness.1, torsional_damping.1],
-    }
+    let coefficients = read.each_ref().map(|(number, _)| *number);
+    Force::Bushing { name, a, b, coefficients, formulas: read.map(|(_, formula)| formula) }
 }
 
 /// A law of a contact as a formula of quantities with these names; none after a problem was noted.

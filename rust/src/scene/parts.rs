@@ -250,14 +250,8 @@ pub enum Force {
         a: String,
         /// Point on the second body.
         b: String,
-        /// Stiffness in all directions [N/m].
-        stiffness: f64,
-        /// Damping in all directions [N s/m].
-        damping: f64,
-        /// Torsional stiffness [N m/rad].
-        torsional_stiffness: f64,
-        /// Torsional damping [N m s/rad].
-        torsional_damping: f64,
+        /// Stiffness [N/m] and damping [N s/m] in all directions, torsional stiffness [N m/rad] and damping [N m s/rad].
+        coefficients: [f64; 4],
         /// Formulas in the place of these numbers, which are zero then.
         formulas: [Option<Box<Expression>>; 4],
     },

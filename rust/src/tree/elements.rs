@@ -318,7 +318,7 @@ pub struct State {
 }
 
 /// The bodies of a scene on a spanning tree of frames, with loop closures, clearance joints and forces.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Tree {
     /// Frames, ground first, parents before children.
     pub frames: Vec<Frame>,

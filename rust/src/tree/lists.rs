@@ -37,44 +37,26 @@ impl Builder<'_> {
         }
         let speeds_up =
             |(index, driven): (usize, &DrivenCoordinate)| (!driven.motion.is_linear()).then_some(index);
+        let accelerated = self.driven.iter().enumerate().filter_map(speeds_up).collect();
+        let locks = self.locks.take().unwrap_or_default();
         let mut tree = Tree {
-            frames: Vec::new(),
-            coordinate_names: Vec::new(),
             free,
-            accelerated: self.driven.iter().enumerate().filter_map(speeds_up).collect(),
-            driven: Vec::new(),
+            accelerated,
             paths,
             bodies,
             inertias,
             driven_inertias,
-            slots: Vec::new(),
-            guides: Vec::new(),
             closures,
-            couplings: Vec::new(),
-            backlashes: Vec::new(),
-            locks: self.locks.take().unwrap_or_default(),
-            dry_joints: Vec::new(),
-            reacting: None,
+            locks,
             ideal_joints,
             tree_joints,
-            links: Vec::new(),
-            bushings: Vec::new(),
-            films: Vec::new(),
-            pulls: Vec::new(),
-            torsions: Vec::new(),
-            applied_forces: Vec::new(),
-            applied_torques: Vec::new(),
-            motion_loads: Vec::new(),
-            gravity: Vec2::zeros(),
-            row_masses: None,
+            ..Tree::default()
         };
         self.add_slots(&mut tree);
         self.add_films(&mut tree);
         self.add_forces(&mut tree);
-        tree.frames = self.frames;
-        tree.coordinate_names = self.coordinate_names;
-        tree.driven = self.driven;
-        tree
+        let Self { frames, coordinate_names, driven, .. } = self;
+        Tree { frames, coordinate_names, driven, ..tree }
     }
 
     fn bodies(&self) -> Vec<BodyPlacement> {
@@ -125,19 +107,8 @@ impl Builder<'_> {
 
     /// Adds a bushing, and its torsion spring if it has one.
     fn add_bushing(&self, tree: &mut Tree, force: &Force) {
-        let Force::Bushing {
-            name,
-            a,
-            b,
-            stiffness,
-            damping,
-            torsional_stiffness,
-            torsional_damping,
-            formulas,
-        } = force
-        else {
-            return;
-        };
+        let Force::Bushing { name, a, b, coefficients, formulas } = force else { return };
+        let [stiffness, damping, torsional_stiffness, torsional_damping] = *coefficients;
         let [radial, radial_damping, torsional, twist_damping] =
             formulas.each_ref().map(|of| of.as_ref().map(|of| self.motion_load(tree, name, of)));
         let (points, bodies) = self.placed([a, b].map(|reference| self.end(reference)));
@@ -145,20 +116,20 @@ impl Builder<'_> {
             name: name.clone(),
             points,
             bodies,
-            stiffness: *stiffness,
-            damping: *damping,
+            stiffness,
+            damping,
             formulas: [radial, radial_damping],
         });
         let twists = [torsional, twist_damping];
-        if *torsional_stiffness != 0.0 || *torsional_damping != 0.0 || twists != [None; 2] {
+        if torsional_stiffness != 0.0 || torsional_damping != 0.0 || twists != [None; 2] {
             let [first, second] = bodies.map(|body| self.placement(body));
             tree.torsions.push(Torsion {
                 name: name.clone(),
                 frames: [first.frame, second.frame],
                 bodies,
-                stiffness: *torsional_stiffness,
+                stiffness: torsional_stiffness,
                 angle: first.angle - second.angle,
-                damping: *torsional_damping,
+                damping: torsional_damping,
                 formulas: twists,
             });
         }

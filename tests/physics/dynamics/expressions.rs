@@ -57,10 +57,7 @@ fn loaded(case: &Case) -> Option<Mechanism> {
         name: "rubber".to_owned(),
         a: "body0.p0".to_owned(),
         b: GROUND.to_owned(),
-        stiffness: 0.0,
-        damping: 2.5,
-        torsional_stiffness: 0.0,
-        torsional_damping: 0.0,
+        coefficients: [0.0, 2.5, 0.0, 0.0],
         formulas: [
             formula("13 + 4*rubber.deflection**2 + 2*body0.vx"),
             None,
@@ -72,10 +69,7 @@ fn loaded(case: &Case) -> Option<Mechanism> {
         name: "damper".to_owned(),
         a: GROUND.to_owned(),
         b: format!("body{last}.p0"),
-        stiffness: 1.0,
-        damping: 0.0,
-        torsional_stiffness: 0.0,
-        torsional_damping: 0.0,
+        coefficients: [1.0, 0.0, 0.0, 0.0],
         formulas: [None, formula("2.5 + 0.4*damper.deflection*body0.vy"), None, None],
     });
     let points = [-50.0, -1.0, 0.3, 2.0, 50.0];

@@ -144,11 +144,11 @@ impl Units {
                     *length *= self.length;
                     *damping *= self.force() / self.speed();
                 }
-                Force::Bushing { stiffness, damping, torsional_stiffness, torsional_damping, .. } => {
-                    *stiffness *= self.force() / self.length;
-                    *damping *= self.force() / self.speed();
-                    *torsional_stiffness *= self.energy();
-                    *torsional_damping *= self.energy() * self.time;
+                Force::Bushing { coefficients, .. } => {
+                    let energy = self.energy();
+                    let units =
+                        [self.force() / self.length, self.force() / self.speed(), energy, energy * self.time];
+                    coefficients.iter_mut().zip(units).for_each(|(coefficient, unit)| *coefficient *= unit);
                 }
                 Force::TorsionSpring { stiffness, damping, .. } => {
                     *stiffness *= self.energy();

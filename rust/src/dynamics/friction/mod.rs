@@ -90,6 +90,13 @@ impl Dynamics<'_> {
         }
     }
 
+    /// Lets the joint with friction of this index slide in a direction, or stick (0).
+    pub fn direct_joint(&mut self, index: usize, direction: f64) {
+        if let Some(friction) = &mut self.friction {
+            friction.tractions[index].direction = direction;
+        }
+    }
+
     /// Sets what all joints with friction do.
     pub fn set_tractions(&mut self, tractions: &[Traction]) {
         if let Some(friction) = &mut self.friction {

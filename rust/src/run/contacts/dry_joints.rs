@@ -44,7 +44,6 @@ pub(crate) fn begin_dry_joints(
     anchor(motion, rtol, &movable);
     for index in 0..count {
         let velocity = motion.dynamics.dry_velocity(index);
-        let traction = motion.dynamics.tractions()[index];
         let direction = if !movable.contains(&index) {
             // A drive that starts from rest moves in either direction.
             let first = [velocity, motion.dynamics.dry_acceleration(index)];
@@ -55,7 +54,7 @@ pub(crate) fn begin_dry_joints(
             at_rest.push(index);
             0.0
         };
-        motion.dynamics.set_traction(index, Traction { direction, ..traction });
+        motion.dynamics.direct_joint(index, direction);
     }
     // Where no choice is right, the first step ends the run.
     hold(motion, rtol, &at_rest);
@@ -94,9 +93,7 @@ fn direct(motion: &mut Motion, joints: &[usize], index: usize, direction: f64) {
     for &other in joints {
         let correlation = if other == index { 1.0 } else { motion.dynamics.dry_correlation(index, other) };
         if correlation.abs() == 1.0 {
-            let traction = motion.dynamics.tractions()[other];
-            let direction = correlation * direction;
-            motion.dynamics.set_traction(other, Traction { direction, ..traction });
+            motion.dynamics.direct_joint(other, correlation * direction);
         }
     }
 }
@@ -120,8 +117,7 @@ fn hold(motion: &mut Motion, rtol: f64, joints: &[usize]) -> bool {
             return true;
         }
         for (index, direction) in departures {
-            let traction = motion.dynamics.tractions()[index];
-            motion.dynamics.set_traction(index, Traction { direction, ..traction });
+            motion.dynamics.direct_joint(index, direction);
         }
     }
     false
@@ -137,8 +133,7 @@ pub(crate) fn settle_directions(motion: &mut Motion, t: f64, q: &[f64], v: &[f64
     for index in 0..motion.mechanism.dry_joints.len() {
         let velocity = motion.dynamics.dry_velocity(index);
         let direction = if velocity == 0.0 { 0.0 } else { velocity.signum() };
-        let traction = motion.dynamics.tractions()[index];
-        motion.dynamics.set_traction(index, Traction { direction, ..traction });
+        motion.dynamics.direct_joint(index, direction);
     }
     motion.dynamics.find_friction()
 }
@@ -194,16 +189,14 @@ pub(crate) fn cross_dry_joint(
         let at_rest: Vec<usize> = (0..before.len()).filter(moves).filter(rests).collect();
         // What turns back needs no holding.
         for &other in &at_rest {
-            let direction = -before[other].direction;
-            motion.dynamics.set_traction(other, Traction { direction, ..before[other] });
+            motion.dynamics.direct_joint(other, -before[other].direction);
         }
         if !hold(motion, rtol, &at_rest) {
             return Err(Status::FrictionIndeterminate);
         }
     } else {
         // Nothing holds it: a drive, or the mechanism at a dead center of the joint, turns its motion back.
-        let direction = -before[index].direction;
-        motion.dynamics.set_traction(index, Traction { direction, ..before[index] });
+        motion.dynamics.direct_joint(index, -before[index].direction);
     }
     for (other, before) in before.iter().enumerate() {
         let after = motion.dynamics.tractions()[other];
