@@ -1,7 +1,7 @@
 //! The scene, as the user describes it.
 //!
-//! A [`Scene`] holds names and numbers only. [`Scene::check`] finds all problems with these
-//! at once; whether the parts form a mechanism that can be assembled is found out when
+//! A [`Scene`] holds names and numbers only. The reader judges each number, [`Scene::check`] names and numbers together;
+//! whether the parts form a mechanism that can be assembled is found out when
 //! it is compiled, in [`crate::mechanism::compiled`].
 
 use crate::contact::film::Lubricant;
