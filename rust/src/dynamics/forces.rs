@@ -183,7 +183,6 @@ impl Dynamics<'_> {
         }
     }
 
-    // Long because each kind of force is listed.
     /// Adds the derivatives of the same forces to those of the force residual.
     pub(super) fn add_force_derivatives(&mut self) {
         let tree = self.tree;

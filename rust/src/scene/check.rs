@@ -161,7 +161,6 @@ impl Scene {
         checker.owner(name, earlier || taken);
     }
 
-    // Long because each kind of force is listed.
     fn check_force(&self, checker: &mut Checker, index: usize, force: &Force) {
         if let Some(name) = force.name() {
             let earlier = self.forces[..index].iter().any(|other| other.name() == Some(name));
