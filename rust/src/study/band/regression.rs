@@ -93,8 +93,6 @@ fn orthonormalized(mut matrix: DMatrix<f64>, monitor: Monitor) -> Option<(DMatri
 /// The least-squares problem of a set of points, for all total degrees up to a largest one.
 #[derive(Clone, Debug)]
 pub struct Regression {
-    /// Number of points.
-    pub runs: usize,
     /// Number of parameters.
     pub parameters: usize,
     /// Number of terms of every degree, from 0; the last one is that of the largest degree.
@@ -130,7 +128,7 @@ impl Regression {
         let (orthonormal, triangle) = orthonormalized(matrix, monitor)?;
         let orthonormal: Vec<f64> = orthonormal.transpose().iter().copied().collect();
         let mut regression =
-            Self { runs, parameters, terms: Vec::new(), orthonormal, triangle, leverages: Vec::new() };
+            Self { parameters, terms: Vec::new(), orthonormal, triangle, leverages: Vec::new() };
         for count in terms {
             let independent = (0..count).all(|c| regression.triangle[(c, c)].abs() > SINGULAR * norms[c]);
             let leverages: Vec<f64> = (0..runs)
@@ -148,11 +146,6 @@ impl Regression {
     /// Largest degree whose errors at points left out are defined; None where there is only one run.
     pub fn largest_degree(&self) -> Option<usize> {
         self.terms.len().checked_sub(1)
-    }
-
-    /// Squared norm of every row of the orthonormal basis of a degree.
-    pub fn leverages(&self, degree: usize) -> &[f64] {
-        &self.leverages[degree]
     }
 
     /// Row of the orthonormal basis of a degree at a point.
