@@ -7,7 +7,7 @@ use crate::numerics::accuracy::ROUNDING;
 use crate::numerics::dual::{Dual, Scalar};
 use crate::tree::elements::ContactSlot;
 use crate::tree::kinematics::{PointState, Vec2};
-use crate::tree::loads::{ContactQuantity, LawOf, Load, MotionLoad, Variable};
+use crate::tree::loads::{ContactQuantity, LawOf, Load, Measure, MotionLoad, Variable};
 
 /// A switch of an expression in the present state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -195,20 +195,20 @@ impl Dynamics<'_> {
         values
     }
 
-    fn variable(&self, variable: Variable) -> f64 {
-        match variable {
-            Variable::Time => self.t.time,
-            Variable::Position(point, axis) => self.point(point).position[axis],
-            Variable::Velocity(point, axis) => self.point(point).velocity[axis],
-            Variable::Angle([a, b], offset) => self.angle(b) - self.angle(a) + offset,
-            Variable::AngularVelocity([a, b]) => {
+    fn variable(&self, Variable { of, is_rate }: Variable) -> f64 {
+        match of {
+            Measure::Time => self.t.time,
+            Measure::Position(point, axis) if is_rate => self.point(point).velocity[axis],
+            Measure::Position(point, axis) => self.point(point).position[axis],
+            Measure::Angle([a, b], _) if is_rate => {
                 self.states[b].angular_velocity - self.states[a].angular_velocity
             }
-            Variable::Coordinate(column) => self.coordinate(column).position,
-            Variable::Rate(column) => self.coordinates[column].velocity,
-            Variable::Length(points) => self.between(points)[0].norm(),
-            Variable::Lengthening(link) => self.link_motion(&self.tree.links[link])[1],
-            Variable::Contact(slot, quantity) => {
+            Measure::Angle([a, b], offset) => self.angle(b) - self.angle(a) + offset,
+            Measure::Coordinate(column) if is_rate => self.coordinates[column].velocity,
+            Measure::Coordinate(column) => self.coordinate(column).position,
+            Measure::Distance(points) => self.between(points)[0].norm(),
+            Measure::Length(link) => self.link_motion(&self.tree.links[link])[usize::from(is_rate)],
+            Measure::Contact(slot, quantity) => {
                 let state = self.contact_of(&self.tree.slots[slot], self.phases[slot]).state;
                 match (quantity, self.phases[slot]) {
                     (ContactQuantity::Penetration, _) => state.penetration,
@@ -223,32 +223,18 @@ impl Dynamics<'_> {
     }
 
     /// Rate of a variable; that of a velocity after [`Dynamics::accelerate`].
-    fn rate(&self, variable: Variable) -> f64 {
-        match variable {
-            Variable::Time => 1.0,
-            Variable::Position(point, axis) => self.variable(Variable::Velocity(point, axis)),
-            Variable::Velocity(point, axis) => self.point(point).acceleration[axis] + self.tree.gravity[axis],
-            Variable::Angle(frames, _) => self.variable(Variable::AngularVelocity(frames)),
-            Variable::AngularVelocity([a, b]) => {
-                self.states[b].angular_acceleration - self.states[a].angular_acceleration
-            }
-            Variable::Coordinate(column) => self.coordinates[column].velocity,
-            Variable::Rate(column) => self.coordinates[column].acceleration,
-            Variable::Length(points) => {
+    fn rate(&self, Variable { of, is_rate }: Variable) -> f64 {
+        match of {
+            Measure::Time => 1.0,
+            Measure::Distance(points) => {
                 let [e, rate] = self.between(points);
                 rate.dot(&e) / e.norm()
             }
-            Variable::Lengthening(link) => {
-                let [a, b] = self.tree.links[link].points.map(|point| self.point(point));
-                let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
-                let (length, lengthening) = (e.norm(), rate.dot(&e) / e.norm());
-                let along = (b.acceleration - a.acceleration).dot(&e) / length;
-                along + (rate.norm_squared() - lengthening * lengthening) / length
+            Measure::Contact(slot, ContactQuantity::Penetration) => {
+                let of = Measure::Contact(slot, ContactQuantity::PenetrationRate);
+                self.variable(Variable { of, is_rate })
             }
-            Variable::Contact(slot, ContactQuantity::Penetration) => {
-                self.variable(Variable::Contact(slot, ContactQuantity::PenetrationRate))
-            }
-            Variable::Contact(slot, quantity) => {
+            Measure::Contact(slot, quantity) => {
                 let state = self.contact_in_time(&self.tree.slots[slot], self.phases[slot]);
                 match quantity {
                     ContactQuantity::SlidingVelocity => state.sliding_velocity.gradient[0],
@@ -256,6 +242,19 @@ impl Dynamics<'_> {
                     ContactQuantity::ImpactVelocity => 0.0,
                     _ => state.penetration_rate.gradient[0],
                 }
+            }
+            of if !is_rate => self.variable(Variable { of, is_rate: true }),
+            Measure::Position(point, axis) => self.point(point).acceleration[axis] + self.tree.gravity[axis],
+            Measure::Angle([a, b], _) => {
+                self.states[b].angular_acceleration - self.states[a].angular_acceleration
+            }
+            Measure::Coordinate(column) => self.coordinates[column].acceleration,
+            Measure::Length(link) => {
+                let [a, b] = self.tree.links[link].points.map(|point| self.point(point));
+                let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
+                let (length, lengthening) = (e.norm(), rate.dot(&e) / e.norm());
+                let along = (b.acceleration - a.acceleration).dot(&e) / length;
+                along + (rate.norm_squared() - lengthening * lengthening) / length
             }
         }
     }
@@ -288,24 +287,28 @@ impl Dynamics<'_> {
     }
 
     /// Size of a variable and of its errors.
-    fn sizes(&self, variable: Variable, errors: &Uncertainty) -> (f64, f64) {
+    fn sizes(&self, Variable { of, is_rate }: Variable, errors: &Uncertainty) -> (f64, f64) {
         let Uncertainty { length, speed, position, velocity } = *errors;
-        match variable {
-            Variable::Time => (self.t.time.abs(), 0.0),
-            Variable::Position(..) | Variable::Length(_) => (length, position),
-            Variable::Velocity(..) | Variable::Lengthening(_) => (speed, velocity),
-            Variable::Angle(..) => (1.0, position / length),
-            Variable::AngularVelocity(_) => (speed / length, velocity / length),
-            Variable::Coordinate(_) => (length, position),
-            Variable::Rate(_) => (speed, velocity),
-            Variable::Contact(_, ContactQuantity::Penetration) => (length, position),
-            Variable::Contact(_, ContactQuantity::ImpactVelocity) => (speed, 0.0),
-            Variable::Contact(slot, ContactQuantity::NormalForce) => {
-                let penetration = self.variable(Variable::Contact(slot, ContactQuantity::Penetration));
+        match of {
+            Measure::Time => (self.t.time.abs(), 0.0),
+            Measure::Angle(..) if is_rate => (speed / length, velocity / length),
+            Measure::Angle(..) => (1.0, position / length),
+            Measure::Contact(_, ContactQuantity::Penetration) => (length, position),
+            Measure::Contact(_, ContactQuantity::ImpactVelocity) => (speed, 0.0),
+            Measure::Contact(slot, ContactQuantity::NormalForce) => {
+                let of = Measure::Contact(slot, ContactQuantity::Penetration);
+                let penetration = self.variable(Variable { of, is_rate });
                 let stiffness = self.tree.slots[slot].law.normal.stiffness_at(penetration.max(0.0));
                 (stiffness * length, stiffness * position)
             }
-            Variable::Contact(..) => (speed, velocity),
+            Measure::Contact(..) => (speed, velocity),
+            Measure::Position(..) | Measure::Coordinate(_) | Measure::Distance(_) | Measure::Length(_) => {
+                if is_rate {
+                    (speed, velocity)
+                } else {
+                    (length, position)
+                }
+            }
         }
     }
 
@@ -317,27 +320,27 @@ impl Dynamics<'_> {
         let values = self.variables(load);
         let gradient = load.tape.gradient(&values[..load.variables.len()], &self.switches[load.switches()]);
         for ((_, variable), slope) in load.variables.iter().zip(gradient) {
-            let by = (&mut by_position[..], &mut by_velocity[..]);
-            match *variable {
-                Variable::Time => by_time += slope,
-                Variable::Position(point, axis) => {
+            let Variable { of, is_rate } = *variable;
+            // The column of the quantity itself, and for a rate that of its change with the position.
+            let (own, other) = if is_rate {
+                (&mut by_velocity[..], &mut by_position[..])
+            } else {
+                (&mut by_position[..], &mut [][..])
+            };
+            match of {
+                Measure::Time => by_time += slope,
+                Measure::Position(point, axis) => {
                     let motion = self.point(point);
-                    self.add_point_columns(point.frame, &motion, slope * unit(axis), by.0, &mut []);
+                    self.add_point_columns(point.frame, &motion, slope * unit(axis), own, other);
                 }
-                Variable::Velocity(point, axis) => {
-                    let motion = self.point(point);
-                    self.add_point_columns(point.frame, &motion, slope * unit(axis), by.1, by.0);
-                }
-                Variable::Angle(frames, _) => self.add_rotation_columns(frames, slope, by.0),
-                Variable::AngularVelocity(frames) => self.add_rotation_columns(frames, slope, by.1),
+                Measure::Angle(frames, _) => self.add_rotation_columns(frames, slope, own),
                 // The derivatives of a law come with those of its contact.
-                Variable::Contact(..) => {}
-                Variable::Coordinate(column) => by.0[column] += slope,
-                Variable::Rate(column) => by.1[column] += slope,
-                Variable::Length(_) | Variable::Lengthening(_) => {
-                    let points = match *variable {
-                        Variable::Lengthening(link) => self.tree.links[link].points,
-                        Variable::Length(points) => points,
+                Measure::Contact(..) => {}
+                Measure::Coordinate(column) => own[column] += slope,
+                Measure::Distance(_) | Measure::Length(_) => {
+                    let points = match of {
+                        Measure::Length(link) => self.tree.links[link].points,
+                        Measure::Distance(points) => points,
                         _ => continue,
                     };
                     let [a, b] = points.map(|point| self.point(point));
@@ -348,11 +351,9 @@ impl Dynamics<'_> {
                     // ∂n·ė/∂e = (ė - (n·ė) n) / |e|
                     let turning = (rate - rate.dot(&normal) * normal) / length;
                     for (point, motion, sign) in [(points[1], b, slope), (points[0], a, -slope)] {
-                        if let Variable::Length(_) = variable {
-                            self.add_point_columns(point.frame, &motion, sign * normal, by.0, &mut []);
-                        } else {
-                            self.add_point_columns(point.frame, &motion, sign * normal, by.1, by.0);
-                            self.add_point_columns(point.frame, &motion, sign * turning, by.0, &mut []);
+                        self.add_point_columns(point.frame, &motion, sign * normal, own, other);
+                        if is_rate {
+                            self.add_point_columns(point.frame, &motion, sign * turning, other, &mut []);
                         }
                     }
                 }
@@ -399,17 +400,7 @@ fn unit(axis: usize) -> Vec2 {
 
 /// Whether the rate of a variable depends on accelerations.
 fn is_velocity(variable: Variable) -> bool {
-    matches!(
-        variable,
-        Variable::Velocity(..)
-            | Variable::AngularVelocity(_)
-            | Variable::Rate(_)
-            | Variable::Lengthening(_)
-            | Variable::Contact(
-                _,
-                ContactQuantity::PenetrationRate
-                    | ContactQuantity::SlidingVelocity
-                    | ContactQuantity::NormalForce
-            )
-    )
+    use ContactQuantity::{NormalForce, PenetrationRate, SlidingVelocity};
+    variable.is_rate
+        || matches!(variable.of, Measure::Contact(_, PenetrationRate | SlidingVelocity | NormalForce))
 }

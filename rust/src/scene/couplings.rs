@@ -15,7 +15,7 @@ use crate::scene::functions::expression_in;
 use crate::scene::json::{Fields, Node, finite, positive};
 use crate::scene::loads::Expression;
 use crate::scene::parts::{Force, GROUND, Scene, length_scale};
-use crate::scene::quantities::{Quantity, TIME};
+use crate::scene::quantities::{Coordinate, Quantity, TIME};
 use crate::scene::reader::normal_law;
 
 /// Implausible backlash [m]: that of teeth is a few hundredths of their module.
@@ -181,9 +181,12 @@ impl Coupling {
         }
         let of_force =
             |force: &Force| force.name().is_some_and(|own| name.strip_prefix(own) == Some(".angle"));
-        match scene.quantity(name)? {
-            Quantity::Angle(bodies) if !scene.forces.iter().any(of_force) => Ok(Coupled::Angle(bodies)),
-            Quantity::Displacement(joint) => Ok(Coupled::Displacement(joint)),
+        let Quantity { of, is_rate } = scene.quantity(name)?;
+        match of {
+            Coordinate::Angle(bodies) if !is_rate && !scene.forces.iter().any(of_force) => {
+                Ok(Coupled::Angle(bodies))
+            }
+            Coordinate::Displacement(joint) if !is_rate => Ok(Coupled::Displacement(joint)),
             _ => Err(format!(
                 "must be the angle of a body or of a revolute joint, or the displacement in a prismatic joint, got \
                  {name:?}"

@@ -4,9 +4,18 @@ use crate::error::meant_or_known;
 use crate::expression::dimension::{Dimension, PLAIN};
 use crate::scene::parts::{CENTER_OF_MASS, Force, Joint, JointKind, Scene};
 
-/// A quantity of the motion.
+/// A quantity of the motion: a coordinate, or its rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Quantity {
+pub struct Quantity {
+    /// The coordinate.
+    pub of: Coordinate,
+    /// Whether it is the rate of that.
+    pub is_rate: bool,
+}
+
+/// A coordinate of the motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Coordinate {
     /// Time [s].
     Time,
     /// Coordinate x or y of a point of a body, given in the body frame [m].
@@ -18,39 +27,23 @@ pub enum Quantity {
         /// 0 for x, 1 for y.
         axis: usize,
     },
-    /// Its rate [m/s].
-    Velocity {
-        /// The body.
-        body: usize,
-        /// The point in the body frame [m].
-        point: [f64; 2],
-        /// 0 for x, 1 for y.
-        axis: usize,
-    },
     /// Angle of the second body relative to the first, with full turns [rad]; `None` is ground.
     Angle([Option<usize>; 2]),
-    /// Its rate [rad/s].
-    AngularVelocity([Option<usize>; 2]),
     /// Displacement in a prismatic joint, by the index of the joint [m].
     Displacement(usize),
-    /// Its rate [m/s].
-    SlidingVelocity(usize),
     /// Length of a spring or damper, or deflection of a bushing, by the index of the force [m].
     Length(usize),
-    /// Its rate [m/s].
-    Lengthening(usize),
 }
 
 impl Quantity {
     /// Its dimension.
     pub fn dimension(self) -> Dimension {
-        match self {
-            Quantity::Time => [0, 0, 1],
-            Quantity::Position { .. } | Quantity::Displacement(_) | Quantity::Length(_) => [0, 1, 0],
-            Quantity::Velocity { .. } | Quantity::SlidingVelocity(_) | Quantity::Lengthening(_) => [0, 1, -1],
-            Quantity::Angle(_) => PLAIN,
-            Quantity::AngularVelocity(_) => [0, 0, -1],
-        }
+        let [mass, length, time] = match self.of {
+            Coordinate::Time => [0, 0, 1],
+            Coordinate::Position { .. } | Coordinate::Displacement(_) | Coordinate::Length(_) => [0, 1, 0],
+            Coordinate::Angle(_) => PLAIN,
+        };
+        [mass, length, time - i8::from(self.is_rate)]
     }
 }
 
@@ -102,32 +95,36 @@ impl Scene {
 
     /// All quantities with their names.
     fn quantities(&self) -> Vec<(String, Quantity)> {
-        let mut known = vec![(TIME.to_owned(), Quantity::Time)];
+        let mut known = vec![(TIME.to_owned(), Quantity { of: Coordinate::Time, is_rate: false })];
+        // A coordinate and, if it has a name, its rate.
+        let mut add = |owner: &str, names: &[&str], of: Coordinate| {
+            let quantities = names.iter().zip([false, true]);
+            known.extend(
+                quantities.map(|(name, is_rate)| (format!("{owner}.{name}"), Quantity { of, is_rate })),
+            );
+        };
+        const ANGLE: [&str; 2] = ["angle", "angular_velocity"];
         for (index, body) in self.bodies.iter().enumerate() {
             let named =
                 body.points.iter().map(|point| (format!("{}.{}", body.name, point.name), point.position));
             let center = [body.name.clone(), format!("{}.{CENTER_OF_MASS}", body.name)];
             let centers = center.into_iter().map(|owner| (owner, body.center_of_mass));
             for (owner, point) in centers.chain(named) {
-                for (axis, letter) in ["x", "y"].into_iter().enumerate() {
-                    let position = Quantity::Position { body: index, point, axis };
-                    let velocity = Quantity::Velocity { body: index, point, axis };
-                    known.push((format!("{owner}.{letter}"), position));
-                    known.push((format!("{owner}.v{letter}"), velocity));
+                for (axis, names) in [["x", "vx"], ["y", "vy"]].into_iter().enumerate() {
+                    add(&owner, &names, Coordinate::Position { body: index, point, axis });
                 }
             }
-            add_angle(&mut known, &body.name, [None, Some(index)]);
+            add(&body.name, &ANGLE, Coordinate::Angle([None, Some(index)]));
         }
         for (index, joint) in self.joints.iter().enumerate() {
             let Joint::Ideal { name, kind, .. } = joint else { continue };
             match kind {
                 JointKind::Revolute => {
                     let bodies = self.ends(joint).map(|end| end.and_then(|end| end.body));
-                    add_angle(&mut known, name, bodies);
+                    add(name, &ANGLE, Coordinate::Angle(bodies));
                 }
                 JointKind::Prismatic { .. } => {
-                    known.push((format!("{name}.displacement"), Quantity::Displacement(index)));
-                    known.push((format!("{name}.velocity"), Quantity::SlidingVelocity(index)));
+                    add(name, &["displacement", "velocity"], Coordinate::Displacement(index));
                 }
                 JointKind::Fixed { .. } => {}
             }
@@ -135,27 +132,20 @@ impl Scene {
         for (index, force) in self.forces.iter().enumerate() {
             match force {
                 Force::Spring { name, .. } => {
-                    known.push((format!("{name}.length"), Quantity::Length(index)));
-                    known.push((format!("{name}.lengthening"), Quantity::Lengthening(index)));
+                    add(name, &["length", "lengthening"], Coordinate::Length(index))
                 }
                 Force::TorsionSpring { name, a, b, .. } => {
                     let bodies = [a, b].map(|name| self.body_index(name).unwrap_or_default());
-                    known.push((format!("{name}.angle"), Quantity::Angle(bodies)));
+                    add(name, &ANGLE[..1], Coordinate::Angle(bodies));
                 }
                 Force::Bushing { name, a, b, .. } => {
                     let bodies = [a, b].map(|end| self.attachment(end).ok().and_then(|end| end.body));
-                    known.push((format!("{name}.angle"), Quantity::Angle(bodies)));
-                    known.push((format!("{name}.deflection"), Quantity::Length(index)));
+                    add(name, &ANGLE[..1], Coordinate::Angle(bodies));
+                    add(name, &["deflection"], Coordinate::Length(index));
                 }
                 Force::Gravity { .. } | Force::Applied { .. } | Force::Torque { .. } => {}
             }
         }
         known
     }
-}
-
-/// Adds an angle and its rate.
-fn add_angle(known: &mut Vec<(String, Quantity)>, owner: &str, bodies: [Option<usize>; 2]) {
-    known.push((format!("{owner}.angle"), Quantity::Angle(bodies)));
-    known.push((format!("{owner}.angular_velocity"), Quantity::AngularVelocity(bodies)));
 }

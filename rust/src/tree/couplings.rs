@@ -9,7 +9,7 @@ use crate::tree::elements::{
     Backlash, ContactSlot, CoupledCoordinate, Coupling, FramePoint, Mesh, Realization, Tree,
 };
 use crate::tree::kinematics::Vec2;
-use crate::tree::loads::{MotionLoad, Variable};
+use crate::tree::loads::{Measure, MotionLoad, Variable};
 
 impl Tree {
     /// Adds the couplings of a checked scene. Their laws become functions of the motion, whose tables may end.
@@ -129,12 +129,13 @@ impl Tree {
 
     /// The same as a variable of a function of the motion.
     fn variable_of(&self, end: &CoupledCoordinate) -> Variable {
-        match (end.slide, end.columns.first()) {
-            (Some(_), Some(&(column, _))) => Variable::Coordinate(column),
+        let of = match (end.slide, end.columns.first()) {
+            (Some(_), Some(&(column, _))) => Measure::Coordinate(column),
             _ => {
                 let frame = |body: Option<usize>| body.map_or(0, |body| self.bodies[body].frame);
-                Variable::Angle(end.bodies.map(frame), end.zero)
+                Measure::Angle(end.bodies.map(frame), end.zero)
             }
-        }
+        };
+        Variable { of, is_rate: false }
     }
 }

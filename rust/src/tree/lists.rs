@@ -5,13 +5,13 @@ use crate::contact::film::FilmLaw;
 use crate::numerics::accuracy::ROUNDING_OF_CHAIN;
 use crate::scene::loads::{Expression, Load as SceneLoad};
 use crate::scene::parts::{Attachment, Force, ForceFrame, Joint, JointKind, length_scale};
-use crate::scene::quantities::Quantity;
+use crate::scene::quantities::{Coordinate, Quantity};
 use crate::tree::elements::{
     BodyPlacement, Closure, DrivenCoordinate, FrameInertia, IdealJoint, IdealKind, Path, Realization, Tree,
 };
 use crate::tree::forces::{AppliedForce, AppliedTorque, Bushing, Film, Link, Pull, Torsion};
 use crate::tree::kinematics::{Frame, Vec2};
-use crate::tree::loads::{Load, MotionLoad, Variable};
+use crate::tree::loads::{Load, Measure, MotionLoad, Variable};
 use crate::tree::span::{Builder, Placement};
 
 /// The ideal joints of a scene, in a tree or cut.
@@ -257,28 +257,20 @@ impl Builder<'_> {
         let link_of = |force: usize| {
             self.scene.forces[..force].iter().filter(|force| matches!(force, Force::Spring { .. })).count()
         };
-        match quantity {
-            Quantity::Time => Variable::Time,
-            Quantity::Position { body, point, axis } => Variable::Position(on_frame(body, point), axis),
-            Quantity::Velocity { body, point, axis } => Variable::Velocity(on_frame(body, point), axis),
-            Quantity::Angle(bodies) => {
+        let of = match quantity.of {
+            Coordinate::Time => Measure::Time,
+            Coordinate::Position { body, point, axis } => Measure::Position(on_frame(body, point), axis),
+            Coordinate::Angle(bodies) => {
                 let [a, b] = bodies.map(|body| self.placement(body));
-                Variable::Angle([a.frame, b.frame], b.angle - a.angle)
+                Measure::Angle([a.frame, b.frame], b.angle - a.angle)
             }
-            Quantity::AngularVelocity(bodies) => {
-                Variable::AngularVelocity(bodies.map(|body| self.placement(body).frame))
-            }
-            Quantity::Displacement(joint) => Variable::Coordinate(column_of(joint)),
-            Quantity::SlidingVelocity(joint) => Variable::Rate(column_of(joint)),
-            Quantity::Length(force) => match &self.scene.forces[force] {
-                Force::Spring { a, b, .. } | Force::Bushing { a, b, .. } => {
-                    Variable::Length([a, b].map(|end| self.place(self.end(end))))
-                }
-                // Others have no length.
-                _ => Variable::Time,
+            Coordinate::Displacement(joint) => Measure::Coordinate(column_of(joint)),
+            Coordinate::Length(force) => match &self.scene.forces[force] {
+                Force::Bushing { a, b, .. } => Measure::Distance([a, b].map(|end| self.place(self.end(end)))),
+                _ => Measure::Length(link_of(force)),
             },
-            Quantity::Lengthening(force) => Variable::Lengthening(link_of(force)),
-        }
+        };
+        Variable { of, is_rate: quantity.is_rate }
     }
 }
 

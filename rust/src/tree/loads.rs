@@ -15,25 +15,28 @@ pub enum Load {
 
 /// A quantity of the motion of the frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Variable {
+pub struct Variable {
+    /// What it is, or the rate of what.
+    pub of: Measure,
+    /// Whether it is the rate.
+    pub is_rate: bool,
+}
+
+/// What a function of the motion may depend on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Measure {
     /// Time [s].
     Time,
     /// Coordinate of a point, 0 for x and 1 for y [m].
     Position(FramePoint, usize),
-    /// Its rate [m/s].
-    Velocity(FramePoint, usize),
     /// Angle of the second frame relative to the first, and what is added to it [rad].
     Angle([usize; 2], f64),
-    /// Its rate [rad/s].
-    AngularVelocity([usize; 2]),
     /// Coordinate of a column.
     Coordinate(usize),
-    /// Its rate.
-    Rate(usize),
     /// Distance of two points [m].
-    Length([FramePoint; 2]),
-    /// Rate of the length of a spring or damper, by its index [m/s].
-    Lengthening(usize),
+    Distance([FramePoint; 2]),
+    /// Length of a spring or damper, by its index [m].
+    Length(usize),
     /// A quantity of a contact, by the index of its slot.
     Contact(usize, ContactQuantity),
 }

@@ -10,7 +10,7 @@ use crate::expression::dimension::Dimension;
 use crate::scene::parts::{GuideShape, Joint, length_scale};
 use crate::tree::elements::{ContactSlot, FramePoint, Guide, Neighbor, Tree};
 use crate::tree::kinematics::{Vec2, direction, perp};
-use crate::tree::loads::{ContactQuantity, LawOf, MotionLoad, Variable};
+use crate::tree::loads::{ContactQuantity, LawOf, Measure, MotionLoad, Variable};
 use crate::tree::span::{Builder, rotated_by};
 
 /// The corners of a block, seen along the axis of its guide: name, that of the end of the guide there, side along the
@@ -31,7 +31,8 @@ impl Tree {
         let index = self.slots.len();
         let variables = |names: &[(&str, Dimension)], quantities: &[ContactQuantity]| {
             let variables = names.iter().zip(quantities);
-            variables.map(|((name, _), &of)| (String::from(*name), Variable::Contact(index, of))).collect()
+            let variable = |of| Variable { of: Measure::Contact(index, of), is_rate: false };
+            variables.map(|((name, _), &of)| (String::from(*name), variable(of))).collect()
         };
         let of_force = variables(&OF_NORMAL_FORCE, &[Penetration, PenetrationRate, ImpactVelocity]);
         let of_friction = variables(&OF_FRICTION, &[SlidingVelocity, NormalForce]);
