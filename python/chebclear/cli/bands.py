@@ -13,8 +13,7 @@ from ..report import html
 from ..study.report.document import study_document
 from ..study.report.extent import extent
 from ..study.report.summary import findings, suggestions
-from .figures import draw_each
-from .output import Rows, print_json, write_table
+from .output import Rows, draw, print_json, write_table
 from .scenes import hint
 
 if TYPE_CHECKING:
@@ -128,7 +127,8 @@ def hand_over(
             (folder / main).write_text(f"{found}\n", encoding="utf-8")
             if isinstance(found, html.Reported):
                 main = found.report(folder / "report.html").name
-            draw_each(plots, folder)
+            for picture, plot in plots.items():
+                draw(folder, picture, (6.4, 4.8), plot)
     if options.json:
         print_json(facts)
         return

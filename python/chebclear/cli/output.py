@@ -1,20 +1,25 @@
-"""What commands print and where they write: JSON, tables, complete folders."""
+"""What commands print and what they write: JSON, tables, pictures, complete folders."""
 
 from __future__ import annotations
 
 import csv
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from ..base.tables import format_number, format_table, markdown_table, shown_by_spreadsheets
-from ..base.writing import complete_folder
+from ..base.writing import complete_folder, file_name
 from ..errors import ArgumentError
+from ..report.html import png
 
 FORMAT = 1
 """Number of the form of the JSON objects that commands print."""
+
+DPI = 150
+WIDTH = 6.5
+"""Of pictures [inch]."""
 
 Rows = Sequence[Mapping[str, Any]]
 """A table: the same keys in every row, numbers in full."""
@@ -79,3 +84,13 @@ def _scale(row: Mapping[str, object]) -> float:
 
 def _cell(cell: object, scale: float) -> str:
     return format_number(cell, 4, scale) if isinstance(cell, float) else str(cell)
+
+
+def draw(folder: Path, name: str, sides: tuple[float, float], *plots: Callable[..., object]) -> None:
+    """Pictures, one below the other, as a PNG of this name, of a width and a height [inch]."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=sides, layout="constrained")
+    for place, plot in enumerate(plots, start=1):
+        plot(ax=figure.add_subplot(len(plots), 1, place))
+    (folder / f"{file_name(name)}.png").write_bytes(png(figure, DPI))

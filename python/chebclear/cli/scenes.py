@@ -1,19 +1,29 @@
-"""The template of a scene file, with the replacements of the command line."""
+"""The template of a scene file, with the replacements of the command line; what a study of it will cost."""
 
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import shlex
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..run.settings import revolution_of
 from ..scene.parts import loose_joints
 from ..scene.usual import usual_outputs
 from ..templates.reader import load
 from ..templates.template import Template
+from .output import print_json
 
+if TYPE_CHECKING:
+    from ..execution.costs import Plan
+    from ..study.study import Study
+
+# What takes longer [s] is announced.
+_LONG = 30.0
 _SETTINGS = ("duration", "skip", "samples", "outputs", "method")
+ORBIT = ("eccentricity", "eccentricity_x", "eccentricity_y", "penetration")
+"""Quantities of a joint that the path of its journal takes."""
 SAMPLES = 1001
 """Samples of a run whose file does not say."""
 
@@ -79,8 +89,7 @@ def outputs_of(
             file=sys.stderr,
         )
     if orbits:
-        kinds = ("eccentricity", "eccentricity_x", "eccentricity_y", "penetration")
-        chosen += [f"{joint.name}.{kind}" for joint in loose_joints(scene.joints) for kind in kinds]
+        chosen += [f"{joint.name}.{kind}" for joint in loose_joints(scene.joints) for kind in ORBIT]
     return settings | {"outputs": chosen}
 
 
@@ -93,3 +102,24 @@ def hint(options: argparse.Namespace, words: str) -> None:
     """Say which command could come next; ``FILE`` stands for the file."""
     if not options.quiet:
         print(f"next     {words.replace('FILE', shlex.quote(str(options.scene)))}")
+
+
+def plan_of(study: Study, method: str, given: dict[str, Any], options: argparse.Namespace) -> Plan | None:
+    """The plan of a method of a study, printed if it was asked for or takes long; None if it is short.
+
+    What is clearly short after two runs is not worth more of them.
+    """
+    plan = study.plan(method, probes=2, **given)
+    if options.plan or plan.seconds > _LONG / 3.0:
+        plan = study.plan(method, **given)
+    if options.plan:
+        if options.json:
+            print_json({"plan": dataclasses.asdict(plan)})
+        else:
+            print(plan)
+        return plan
+    if plan.seconds <= _LONG:
+        return None
+    if not options.quiet:
+        print(f"plan: {plan}", file=sys.stderr)
+    return plan

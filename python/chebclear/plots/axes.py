@@ -5,10 +5,12 @@ Results offer plots as methods, so plots import results for types only.
 
 from __future__ import annotations
 
+import functools
 import inspect
+import re
 import sys
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +30,7 @@ Array = NDArray[np.float64]
 COLORS = ("#4477AA", "#EE6677", "#228833", "#CCBB44", "#AA3377", "#66CCEE")
 MARKERS = "osD^vP*X"
 
-Plot = TypeVar("Plot", bound=Callable[..., Any])
+Given = ParamSpec("Given")
 
 # What parameters of these names are, in all plots; the last ones are keywords for an artist.
 _SHARED = {
@@ -45,18 +47,30 @@ _SHARED = {
 }
 
 
-def documented(plot: Plot) -> Plot:
-    """Add to the documentation of a plot the parameters that many have, and what it returns."""
-    if plot.__doc__:  # not where Python drops docstrings
-        head, line, rest = inspect.cleandoc(plot.__doc__).partition("----------\n")
-        own, _, rest = rest.partition("\n\n")
-        own, stars, keywords = own.partition("\n**")
-        known = {line.split(" ")[0] for line in f"{own}{stars}{keywords}".split("\n")}
-        names = [name for name in inspect.signature(plot).parameters if name in _SHARED]
-        more = [_SHARED[name] for name in names if known.isdisjoint((name, f"**{name}"))]
-        parameters = "\n".join([own, *more]) + stars + keywords
-        plot.__doc__ = f"{head}{line}{parameters}\n\nReturns\n-------\nAxes\n\n{rest}"
-    return plot
+def plot_of(*kinds: str) -> Callable[[Callable[Given, Axes]], Callable[Given, Axes]]:
+    """Make a function a plot of these classes, or of any, and add to its documentation what plots share."""
+
+    def decorate(plot: Callable[Given, Axes]) -> Callable[Given, Axes]:
+        parameters = inspect.signature(plot).parameters
+        subject = next(iter(parameters))
+
+        @functools.wraps(plot)
+        def checked(*given: Given.args, **keywords: Given.kwargs) -> Axes:
+            if kinds and (given or subject in keywords):  # else Python says what is missing
+                require(subject, given[0] if given else keywords[subject], *kinds)
+            return plot(*given, **keywords)
+
+        if plot.__doc__:  # not where Python drops docstrings
+            head, line, rest = inspect.cleandoc(plot.__doc__).partition("----------\n")
+            own, _, rest = rest.partition("\n\n")
+            said = set(re.findall(r"^\**(\w+)", own, re.MULTILINE))
+            shared = [_SHARED[name] for name in parameters if name in _SHARED and name not in said]
+            own, stars, artist = own.partition("\n**")
+            own = "\n".join([own, *shared]) + stars + artist
+            checked.__doc__ = f"{head}{line}{own}\n\nReturns\n-------\nAxes\n\n{rest}"
+        return checked
+
+    return decorate
 
 
 def new_axes(ax: Axes | None) -> Axes:
@@ -128,10 +142,11 @@ def is_a(value: object, kind: str) -> bool:
     return any(base.__name__ == kind for base in type(value).__mro__)
 
 
-def require(argument: str, value: object, kind: str) -> None:
-    """Refuse, with a TypeError, what is not of the class that a plot draws."""
-    if not is_a(value, kind):
-        raise ArgumentTypeError(f"{argument} must be a {kind} of chebclear, got {type(value).__name__}")
+def require(argument: str, value: object, *kinds: str) -> None:
+    """Refuse, with a TypeError, what is of none of these classes."""
+    if not any(is_a(value, kind) for kind in kinds):
+        words = " or ".join(kinds)
+        raise ArgumentTypeError(f"{argument} must be a {words} of chebclear, got {type(value).__name__}")
 
 
 def require_name(argument: str, name: object, run: Trajectory) -> None:

@@ -14,7 +14,7 @@ from ..base.tables import format_number
 from ..errors import ArgumentError
 from ..report.document import Picture
 from ..scene.columns import plain_words
-from .axes import COLORS, MARKERS, abscissa_of, documented, line_style, new_axes, require, unit_scale
+from .axes import COLORS, MARKERS, abscissa_of, line_style, new_axes, plot_of, require, unit_scale
 from .labels import legend_above_the_data, plain_numbers, set_labels, set_x_label, with_unit, words_of
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def band_picture(band: Band) -> Picture:
     )
 
 
-@documented
+@plot_of("Band")
 def plot_band(
     band: Band,
     *,
@@ -99,7 +99,6 @@ def plot_band(
     >>> study = cc.Study(cc.mechanisms.slider_crank, side, outputs=["slider.x"], duration=0.01, samples=21)
     >>> ax = cc.plots.plot_band(study.band(runs=12)["slider.x"])
     """
-    require("band", band, "Band")
     if scan is not None:
         require("scan", scan, "Band")
     checks = Checks()
@@ -153,7 +152,7 @@ def plot_band(
     return ax
 
 
-@documented
+@plot_of("Agreement")
 def plot_agreement(
     agreement: Agreement, *, ax: Axes | None = None, unit: str | None = None, **line: Any
 ) -> Axes:
@@ -173,7 +172,6 @@ def plot_agreement(
     >>> trace = cc.results.Measured({"x": 1.5 * t + 0.2}, t=t)
     >>> ax = cc.plots.plot_agreement(trace.compare(study.scan(3)["x"]))
     """
-    require("agreement", agreement, "Agreement")
     band = agreement.band
     ax = plot_band(band, ax=ax, unit=unit, nominal=False)
     scale = unit_scale(band.unit, unit)[0]
@@ -193,7 +191,7 @@ def plot_agreement(
     return ax
 
 
-@documented
+@plot_of("LostMotion")
 def plot_lost_motion(
     motion: LostMotion, *, ax: Axes | None = None, unit: str | None = None, **areas: Any
 ) -> Axes:
@@ -210,7 +208,6 @@ def plot_lost_motion(
     >>> scene = cc.mechanisms.slider_crank(clearance_at=("crank_pin", "wrist"))
     >>> ax = cc.plots.plot_lost_motion(cc.lost_motion(scene, "slider", (1.0, 0.0)), unit="µm")
     """
-    require("motion", motion, "LostMotion")
     ax = new_axes(ax)
     scale, shown = unit_scale(motion.unit, unit)
     shares = [share * scale for share in motion.shares.values()]
@@ -256,7 +253,7 @@ def _percent(share: float) -> str:
     return f"{math.floor(1e4 * share + 1e-9) / 100.0:g} %"
 
 
-@documented
+@plot_of("Band")
 def plot_sensitivity(
     band: Band,
     parameter: str,
@@ -296,7 +293,6 @@ def plot_sensitivity(
     >>> study = cc.Study(cc.mechanisms.slider_crank, side, outputs=["slider.x"], duration=0.01, samples=21)
     >>> ax = cc.plots.plot_sensitivity(study.chebyshev(degree=2)["slider.x"], "rod_length")
     """
-    require("band", band, "Band")
     if ideal is not None:
         require("ideal", ideal, "Band")
     if zones is not None:
@@ -346,7 +342,7 @@ def _slope_labels(ax: Axes, output: str, unit: str) -> tuple[str, dict[str, str]
     return f"{what} [{unit if one_unit else 'see legend'}]", shown
 
 
-@documented
+@plot_of("Band")
 def plot_coefficients(band: Band, *, ax: Axes | None = None, **line: Any) -> Axes:
     """Draw how the coefficients of the polynomial of a band decay with the degree, one line a parameter.
 
@@ -370,7 +366,6 @@ def plot_coefficients(band: Band, *, ax: Axes | None = None, **line: Any) -> Axe
     >>> study = cc.Study(cc.mechanisms.slider_crank, side, outputs=["slider.x"], duration=0.01, samples=21)
     >>> ax = cc.plots.plot_coefficients(study.chebyshev(degree=3)["slider.x"])
     """
-    require("band", band, "Band")
     sizes = np.abs(band.coefficients).max(axis=-1)
     ax = new_axes(ax)
     for axis, name in enumerate(band.intervals):
@@ -390,7 +385,7 @@ def plot_coefficients(band: Band, *, ax: Axes | None = None, **line: Any) -> Axe
     return ax
 
 
-@documented
+@plot_of("Band")
 def plot_prediction(
     band: Band,
     holdout: Band,
@@ -422,7 +417,6 @@ def plot_prediction(
     >>> study = cc.Study(cc.mechanisms.slider_crank, side, outputs=["slider.x"], duration=0.01, samples=21)
     >>> ax = cc.plots.plot_prediction(study.chebyshev(degree=2)["slider.x"], study.scan(5)["slider.x"])
     """
-    require("band", band, "Band")
     require("holdout", holdout, "Band")
     if (
         holdout.name != band.name

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base.arguments import Checks
 from ..scene.columns import column_unit, column_words, plain_words
-from .axes import COLORS, documented, line_style, new_axes, require, unit_scale
+from .axes import COLORS, line_style, new_axes, plot_of, unit_scale
 from .labels import set_labels, typeset, with_unit
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ..study.sweep import Sweep
 
 
-@documented
+@plot_of("Bifurcation")
 def plot_bifurcation(
     diagram: Bifurcation,
     *,
@@ -45,7 +45,6 @@ def plot_bifurcation(
     >>> diagram = cc.bifurcation(cc.mechanisms.slider_crank, "clearance", [2e-5, 5e-5], periods=3, discard=1)
     >>> ax = cc.plots.plot_bifurcation(diagram)
     """
-    require("diagram", diagram, "Bifurcation")
     checks = Checks()
     parameter_scale = checks.real("parameter_scale", parameter_scale, "-", above=0.0)
     checks.finish()
@@ -69,7 +68,7 @@ def plot_bifurcation(
     return ax
 
 
-@documented
+@plot_of("Sweep")
 def plot_sweep(
     sweep: Sweep,
     feature: str,
@@ -102,7 +101,6 @@ def plot_sweep(
     >>> sweep = study.sweep("crank_speed", "60 rpm", "600 rpm", 3, revolutions=8, discard=0)
     >>> ax = cc.plots.plot_sweep(sweep, "stroke", unit="mm")
     """
-    require("sweep", sweep, "Sweep")
     checks = Checks()
     parameter_scale = checks.real("parameter_scale", parameter_scale, "-", above=0.0)
     checks.finish()

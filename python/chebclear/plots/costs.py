@@ -11,7 +11,7 @@ from ..base.arguments import Checks, meant_or_known
 from ..base.prefixes import format_quantity
 from ..errors import UnknownNameError
 from ..scene.columns import column_unit, column_words, plain_words
-from .axes import COLORS, MARKERS, documented, line_style, new_axes, require
+from .axes import COLORS, MARKERS, line_style, new_axes, plot_of
 from .labels import (
     legend_columns,
     plain_numbers,
@@ -40,7 +40,7 @@ _COSTS = {
 
 
 # Long because all it draws has a style and words of its own.
-@documented
+@plot_of("Tradeoff")
 def plot_tradeoff(
     result: Tradeoff,
     output: str | None = None,
@@ -80,7 +80,6 @@ def plot_tradeoff(
     >>> result = cc.tradeoff(scene, duration=0.005, samples=51, outputs=["slider.vx"], rtols=[1e-3, 1e-4])
     >>> ax = cc.plots.plot_tradeoff(result)
     """
-    require("result", result, "Tradeoff")
     checks = Checks()
     checks.word("cost", cost, _COSTS)
     if until is not None:
@@ -147,7 +146,7 @@ def plot_tradeoff(
     return ax
 
 
-@documented
+@plot_of("StudyTradeoff")
 def plot_study_tradeoff(
     result: StudyTradeoff, output: str | None = None, *, ax: Axes | None = None, **line: Any
 ) -> Axes:
@@ -174,7 +173,6 @@ def plot_study_tradeoff(
     >>> study = cc.Study(cc.mechanisms.slider_crank, side, outputs=["slider.x"], duration=0.01, samples=21)
     >>> ax = cc.plots.plot_study_tradeoff(cc.study_tradeoff(study, degrees=[1, 2], points=[3], holdout=5))
     """
-    require("result", result, "StudyTradeoff")
     name = result.outputs[0] if output is None else output
     if not isinstance(name, str) or name not in result.outputs:
         raise UnknownNameError(f'unknown column "{name}"{meant_or_known(name, result.outputs)}')
@@ -238,7 +236,7 @@ def _legends_above(ax: Axes, title: str | None = None, guides: tuple[str, ...] =
             ax.add_artist(legend)
 
 
-@documented
+@plot_of("Allocation")
 def plot_allocation(allocation: Allocation, *, ax: Axes | None = None, **bars: Any) -> Axes:
     """Draw which tolerances were closed and which opened, and by what factor.
 
@@ -256,7 +254,6 @@ def plot_allocation(allocation: Allocation, *, ax: Axes | None = None, **bars: A
     >>> cost = {"gap": {0.02: 9, 0.04: 5}, "thread": {0.02: 6, 0.04: 4}}
     >>> ax = cc.plots.plot_allocation(cc.allocate(study, cost, cc.require("play", above=0.05)))
     """
-    require("allocation", allocation, "Allocation")
     ax = new_axes(ax)
     rows = list(allocation.values())
     factors = np.array([one.after / one.before for one in rows])

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks
 from ..base.prefixes import prefix_of
 from ..scene.columns import plain_words
-from .axes import COLORS, documented, is_a, new_axes, require, unit_scale
+from .axes import COLORS, new_axes, plot_of, unit_scale
 from .labels import (
     legend_columns,
     set_row_names,
@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 LOW, HIGH, TOGETHER, SCATTER = COLORS[0], COLORS[1], "0.6", "0.8"
 
 
-@documented
+@plot_of("FeatureResult")
 def plot_tornado(
     feature: FeatureResult, *, ax: Axes | None = None, unit: str | None = None, most: int = 10, **bars: Any
 ) -> Axes:
@@ -66,7 +66,6 @@ def plot_tornado(
     >>> study = cc.Study(lambda radius, load: {"torque": radius * load}, box, units={"torque": "N m"})
     >>> ax = cc.plots.plot_tornado(study.sample(20).features["torque"])
     """
-    require("feature", feature, "FeatureResult")
     checks = Checks()
     most = checks.whole("most", most, least=1)
     checks.finish()
@@ -144,7 +143,7 @@ def _reach(effects: Effects, name: str) -> float:
     return float(max(abs(swing.at_lower - effects.mean), abs(swing.at_upper - effects.mean)))
 
 
-@documented
+@plot_of("FeatureResult", "Effects", "Ranking")
 def plot_shares(effects: Effects | FeatureResult | Ranking, *, ax: Axes | None = None, **bars: Any) -> Axes:
     """Draw the shares in the variance of a feature: parameters, parameters together, and scatter.
 
@@ -169,8 +168,6 @@ def plot_shares(effects: Effects | FeatureResult | Ranking, *, ax: Axes | None =
     >>> ax = cc.plots.plot_shares(study.sample(20).ranking("torque"))
     """
     found: Any = getattr(effects, "effects", effects)
-    if not is_a(found, "Effects"):
-        require("effects", found, "Ranking")
     main = found.main if hasattr(found, "main") else {row.parameter: row.share for row in found.rows}
     rows = sorted(
         ((plain_words(name), share, COLORS[0]) for name, share in main.items()), key=lambda row: -row[1].value
@@ -186,7 +183,7 @@ def plot_shares(effects: Effects | FeatureResult | Ranking, *, ax: Axes | None =
     return ax
 
 
-@documented
+@plot_of("Ranking")
 def plot_ranking(ranking: Ranking, *, ax: Axes | None = None, **bars: Any) -> Axes:
     """Draw by how much the interval of a feature narrows when that of a parameter is halved.
 
@@ -204,7 +201,6 @@ def plot_ranking(ranking: Ranking, *, ax: Axes | None = None, **bars: Any) -> Ax
     >>> study = cc.Study(lambda radius, load: {"torque": radius * load}, box, units={"torque": "N m"})
     >>> ax = cc.plots.plot_ranking(study.sample(20).ranking("torque"))
     """
-    require("ranking", ranking, "Ranking")
     ax = new_axes(ax)
     rows = [(plain_words(row.parameter), row.narrowing, COLORS[0]) for row in ranking.rows]
     _bars_with_whiskers(ax, rows, bars)
@@ -213,7 +209,7 @@ def plot_ranking(ranking: Ranking, *, ax: Axes | None = None, **bars: Any) -> Ax
     return ax
 
 
-@documented
+@plot_of("Share")
 def plot_share(share: Share, *, ax: Axes | None = None, unit: str | None = None, **bins: Any) -> Axes:
     """Draw how the mechanisms are spread, and the limits that they must keep to.
 
@@ -233,7 +229,6 @@ def plot_share(share: Share, *, ax: Axes | None = None, unit: str | None = None,
     >>> found = cc.conformance(study, {"play": cc.require("play", above=0.04, below=0.2)})
     >>> ax = cc.plots.plot_share(found["play"])
     """
-    require("share", share, "Share")
     ax = new_axes(ax)
     scale, shown = unit_scale(share.unit, unit)
     values = [values[np.isfinite(values)] * scale for values in (share.lowest, share.highest)]
@@ -259,7 +254,7 @@ def plot_share(share: Share, *, ax: Axes | None = None, unit: str | None = None,
     return ax
 
 
-@documented
+@plot_of("Difference")
 def plot_difference(
     difference: Difference, *, ax: Axes | None = None, unit: str | None = None, **bins: Any
 ) -> Axes:
@@ -281,7 +276,6 @@ def plot_difference(
     ... )
     >>> ax = cc.plots.plot_difference(cc.contrast(wide, narrow)["play"])
     """
-    require("difference", difference, "Difference")
     ax = new_axes(ax)
     scale, shown = unit_scale(difference.unit, unit)
     change = scale * (difference.second - difference.first)
@@ -297,7 +291,7 @@ def plot_difference(
     return ax
 
 
-@documented
+@plot_of("Identification")
 def plot_identification(found: Identification, *, ax: Axes | None = None, **points: Any) -> Axes:
     """Draw the region of the first two parameters, or of the only one, in the box that was searched.
 
@@ -316,7 +310,6 @@ def plot_identification(found: Identification, *, ax: Axes | None = None, **poin
     >>> trace = cc.results.Measured({"x": 1.5 * t}, t=t)
     >>> ax = cc.plots.plot_identification(cc.identify(study, trace, ["a"], [cc.features.rms("x")]))
     """
-    require("found", found, "Identification")
     ax = new_axes(ax)
     names = list(found.intervals)[:2]
     columns, best = found.points.T[:2].copy(), [found.best[name] for name in names]

@@ -23,9 +23,9 @@ from .axes import (
     COLORS,
     abscissa_of,
     column_names,
-    documented,
     line_style,
     new_axes,
+    plot_of,
     require,
     require_name,
     unit_scale,
@@ -54,7 +54,7 @@ _ON_SAMPLE = 1e-3
 _PROFILES = 8
 
 
-@documented
+@plot_of("Trajectory")
 def plot_trajectory(
     run: Trajectory,
     columns: str | Sequence[str],
@@ -86,7 +86,6 @@ def plot_trajectory(
     >>> run = cc.simulate(scene, duration=0.01, samples=101)
     >>> ax = cc.plots.plot_trajectory(run, ["slider.vx", "rod.vx"])
     """
-    require("run", run, "Trajectory")
     names = column_names(run, columns)
     curves = [run[name] for name in names]
     units = {column_unit(name) for name in names}
@@ -117,7 +116,7 @@ def plot_trajectory(
     return ax
 
 
-@documented
+@plot_of("Trajectory")
 def plot_orbit(
     run: Trajectory,
     joint: str,
@@ -162,7 +161,6 @@ def plot_orbit(
     from matplotlib.cbook import normalize_kwargs
     from matplotlib.collections import LineCollection
 
-    require("run", run, "Trajectory")
     if not isinstance(color_bar, bool):
         raise ArgumentTypeError(f"color_bar must be True or False, got {color_bar!r}")
     clearance = _clearance_joint(run, joint).clearance
@@ -206,7 +204,7 @@ def plot_orbit(
     return ax
 
 
-@documented
+@plot_of("Trajectory")
 def plot_poincare(
     run: Trajectory,
     x: str,
@@ -250,7 +248,6 @@ def plot_poincare(
     >>> run = cc.simulate(scene, duration=4 * scene.period, samples=401)
     >>> ax = cc.plots.plot_poincare(run, "slider.x", "slider.vx")
     """
-    require("run", run, "Trajectory")
     if y is None:
         own = [f"{x}.eccentricity_{axis}" for axis in "xy"]
         pair = own if own[0] in run.columns else run.columns[:2]
@@ -296,7 +293,7 @@ def section_samples(run: Trajectory, period: float | None, shift: float = 0.0) -
     return nearest
 
 
-@documented
+@plot_of()
 def plot_contacts(
     runs: Trajectory | Sequence[Trajectory],
     *,
@@ -410,7 +407,7 @@ def _clearance_joint(run: Trajectory | Trajectory, name: str) -> ClearanceRevolu
     return known[name]
 
 
-@documented
+@plot_of("WearLife")
 def plot_wear(
     life: WearLife, joint: str | None = None, *, ax: Axes | None = None, unit: str | None = None
 ) -> Axes:
@@ -436,7 +433,6 @@ def plot_wear(
     >>> found = cc.laws.wear_life(scene, {"wrist": law}, limit=2e-6, depth_per_jump=2e-6)
     >>> ax = cc.plots.plot_wear(found, "wrist", unit="µm")
     """
-    require("life", life, "WearLife")
     if joint is not None and joint not in life.profiles:
         raise UnknownNameError(f'"{joint}" does not wear here{meant_or_known(joint, life.profiles)}')
     ax = new_axes(ax)

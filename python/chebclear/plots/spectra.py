@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks
 from ..errors import ArgumentError, ArgumentTypeError
 from ..scene.columns import column_unit, column_words, plain_words
-from .axes import abscissa_of, documented, is_a, line_style, new_axes, require, require_name, unit_scale
+from .axes import abscissa_of, is_a, line_style, new_axes, plot_of, require_name, unit_scale
 from .labels import add_color_bar, set_labels, with_unit
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def short_time_spectrum(
     return centers, frequencies, 2.0 * magnitude
 
 
-@documented
+@plot_of()
 def plot_spectrogram(
     run: Trajectory | Array,
     column: str | Array,
@@ -157,7 +157,7 @@ def _signal(run: Any, column: Any) -> tuple[Array, Array]:
     return t, signal
 
 
-@documented
+@plot_of("Spectrum")
 def plot_spectrum(
     spectrum: Spectrum, *, ax: Axes | None = None, unit: str | None = None, **line: Any
 ) -> Axes:
@@ -175,7 +175,6 @@ def plot_spectrum(
     >>> run = cc.simulate(scene, duration=8 * scene.period, samples=2881)
     >>> ax = cc.plots.plot_spectrum(run.spectrum("slider.ax", angle="crank"))
     """
-    require("spectrum", spectrum, "Spectrum")
     scale, shown = unit_scale(spectrum.unit, unit)
     ax = new_axes(ax)
     # Without the mean, which each piece lost.
@@ -187,7 +186,7 @@ def plot_spectrum(
     return ax
 
 
-@documented
+@plot_of("Cycles")
 def plot_cycles(cycles: Cycles, *, ax: Axes | None = None, unit: str | None = None, **steps: Any) -> Axes:
     """Draw the load spectrum of an output: ranges over the number of cycles that reach them.
 
@@ -203,7 +202,6 @@ def plot_cycles(cycles: Cycles, *, ax: Axes | None = None, unit: str | None = No
     >>> one = np.ones(3)
     >>> ax = cc.plots.plot_cycles(cc.results.Cycles("wrist.normal_force", "N", 900.0 * one, one, one))
     """
-    require("cycles", cycles, "Cycles")
     scale, shown = unit_scale(cycles.unit, unit)
     ax = new_axes(ax)
     reached = np.cumsum(cycles.counts)

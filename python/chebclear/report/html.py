@@ -1,33 +1,50 @@
-"""A report or a film as one HTML file that needs no network; its only script is the player of films."""
+"""A report or a film as one HTML file that needs no network; its only script is the player of films.
+
+Names of a scene come from files of strangers: only templates, which escape them, make markup of text.
+"""
 
 from __future__ import annotations
 
 import base64
 import hashlib
+import io
 import os
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 from ..base.shown import Shown
 from ..base.writing import distinct, file_name, replaced, with_default_suffix
 from ..errors import ArgumentError
 from .document import Block, Document, Listing, Moving, Picture, Section, Table, Verdict
 from .film import Film, player, player_style
-from .markup import element, templates_of
-from .pictures import embedded
 
 if TYPE_CHECKING:
     from jinja2 import Environment
     from markupsafe import Markup
+    from matplotlib.figure import Figure
 
     _Path = Path
 else:
     _Path = type(Path())  # Python 3.11 derives only from the kind of path of its system
+
+WIDTH = 4.5
+"""Width of a picture [in]: wider ones cannot be read on a telephone."""
+
+_RESOLUTION = 200
+
+_STYLE: dict[Any, Any] = {
+    "font.size": 8.0,
+    "axes.titlesize": 8.0,
+    "axes.grid": True,
+    "grid.alpha": 0.3,
+}
+_NO_FILES: Mapping[str, Path] = MappingProxyType({})
 
 # Plays every film of a page.
 _START = """
@@ -99,10 +116,10 @@ def film_page(film: Film, note: str) -> str:
 
 def framed(page: str, title: str) -> str:
     """A page within another one, such as a notebook, whose scripts cannot reach that."""
-    style = "width: 100%; height: 36rem; border: 0"
-    return str(
-        element("iframe", "", title=title, srcdoc=page, sandbox="allow-scripts allow-downloads", style=style)
-    )
+    from markupsafe import Markup
+
+    frame = '<iframe title="{}" srcdoc="{}" sandbox="allow-scripts allow-downloads" style="{}"></iframe>'
+    return Markup(frame).format(title, page, "width: 100%; height: 36rem; border: 0")
 
 
 def page_with_player(package: str, template: str, script: str) -> str:
@@ -181,3 +198,46 @@ def _breakable(name: str) -> Markup:
     from markupsafe import Markup, escape
 
     return Markup(re.sub(r"([._])(?=[^\W\d])", r"\1<wbr>", str(escape(name))))
+
+
+def templates_of(package: str) -> Environment:
+    """The templates that stand in a package; all that they are given is escaped."""
+    # Here, so that importing the package does not take its 40 ms.
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    # Jinja escapes nothing unless told; a name that the template does not know is a mistake, not a blank.
+    return Environment(
+        loader=PackageLoader(package, "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+def embedded(picture: Picture, files: Mapping[str, Path] = _NO_FILES) -> str:
+    """A picture as the ``data:`` address of an ``<img>``, and as a file where it has one.
+
+    As pixels, which are drawn once for both: many lines are six times as large as paths, few as large.
+    """
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(_STYLE):
+        figure = Figure(figsize=(WIDTH, picture.height), layout="constrained")
+        picture.draw(ax=figure.add_subplot())
+        content = png(figure, _RESOLUTION)
+    if picture.name in files:
+        files[picture.name].write_bytes(content)
+    return f"data:image/png;base64,{base64.b64encode(content).decode()}"
+
+
+def png(figure: Figure, resolution: float) -> bytes:
+    """A figure as pixels, so many to an inch. `Figure.savefig` would draw it twice."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    content = io.BytesIO()
+    figure.set_dpi(resolution)
+    canvas: Any = FigureCanvasAgg(figure)
+    canvas.print_png(content, metadata={"Software": None})
+    return content.getvalue()

@@ -17,10 +17,9 @@ from ..scene.functions import Expression as FormulaOfMotion, names_of_motion, un
 from ..scene.scene import Scene
 from ..scene.schema import Part, at_or_below
 from .changes import SECTIONS, changed
-from .costs import read_costs
 from .expressions import Expression, ExpressionError, ExpressionProblem, parse
 from .parameters import read_parameters
-from .run_table import check_names, read_features, read_requirements, read_run
+from .run_table import check_names, read_costs, read_features, read_requirements, read_run
 from .template import Template, path_text
 from .toml_text import MOST_CHARACTERS, Path, Place, inside, pointed_at, read_toml
 from .values import Values

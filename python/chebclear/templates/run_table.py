@@ -1,9 +1,10 @@
-"""The tables ``[run]`` and ``[features]`` of a scene file: how to simulate, and which numbers to find."""
+"""The tables ``[run]``, ``[features]``, ``[requirements]`` and ``[costs]`` of a scene file."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from ..base.arguments import Checks, meant_or_known
@@ -14,6 +15,8 @@ from ..run.settings import RunOptions, Settings, require_features
 from ..scene.columns import column_unit
 from ..scene.parts import Inspection
 from ..study.requirements.specification import Specification, require
+from .expressions import Expression, ExpressionError
+from .template import Parameter
 from .values import Values
 
 UNITS = {name: units(Settings).get(name, "-") for name in RunOptions.__annotations__ if name != "method"}
@@ -24,6 +27,10 @@ _NEEDED: dict[str, Any] = {"duration": 1.0, "samples": 2}
 # Without blanks around the name, which would be tried in all ways: the time would grow with their cube.
 _FEATURE = re.compile(r"\s*(\w+)\s*\(([^()]*)\)\s*", re.ASCII)
 _EXAMPLE = '"peak(slider.ax)"'
+GRADE = re.compile(r"IT(\d{1,2})")
+"""An ISO grade in a catalog."""
+_TOLERANCE = "tolerance"
+_COST_EXAMPLE = '"3 + 2e-5 / tolerance", or a catalog such as { "10 um" = 7.5, "20 um" = 5 } or { IT7 = 9 }'
 
 
 def read_run(given: Any, constants: Mapping[str, float], values: Values) -> dict[str, Any]:
@@ -154,3 +161,41 @@ def check_names(
             require_features(facts, [feature])
         except ValueError as error:
             values.note(("features", name), str(error))
+
+
+@dataclass(frozen=True)
+class CostFunction:
+    """A cost that an expression of ``tolerance`` gives, in the SI unit of the parameter."""
+
+    expression: Expression
+
+    def __call__(self, tolerance: float) -> float:
+        return self.expression.evaluate({_TOLERANCE: tolerance})
+
+
+def read_costs(
+    given: Any, parameters: Mapping[str, Parameter], values: Values
+) -> dict[str, CostFunction | dict[str, float]]:
+    """The costs of a file by parameter: expressions of ``tolerance``, or catalogs."""
+    if not isinstance(given, Mapping):
+        values.note(("costs",), f"must be a table of parameters with {_COST_EXAMPLE}, got {given!r}")
+        return {}
+    found: dict[str, CostFunction | dict[str, float]] = {}
+    for name, cost in given.items():
+        path = ("costs", name)
+        if name not in parameters:
+            values.note(path, f"unknown parameter{meant_or_known(name, parameters)}")
+        elif parameters[name].interval is None:
+            values.note(path, "the parameter has no interval: give it rel, plus and minus, limits or fit")
+        elif isinstance(cost, Mapping):
+            prices = {key: values.constant(price, (*path, key), "-") for key, price in cost.items()}
+            found[name] = {key: price for key, price in prices.items() if price is not None}
+        elif not isinstance(cost, str):
+            values.note(path, f"must be {_COST_EXAMPLE}, got {cost!r}")
+        elif isinstance(expression := values.number(cost, "-", path), Expression):
+            found[name] = CostFunction(expression)
+            try:
+                expression.require((_TOLERANCE,))
+            except ExpressionError as error:
+                values.refuse(path, expression.text, error)
+    return found

@@ -9,7 +9,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.random import Generator
@@ -21,7 +21,6 @@ from ..base.rows import Array
 from ..base.units import si_unit, written
 from ..base.writing import named, replaced
 from ..errors import ArgumentError, ArgumentTypeError, Problem, SceneError, UnknownNameError
-from ..plots.drawing.scene import mechanism_picture
 from ..report import html
 from ..report.document import Cell, Table
 from ..run.features import Feature
@@ -31,12 +30,13 @@ from ..scene.distributions import Distribution
 from ..scene.scene import Scene
 from ..scene.schema import read
 from ..scene.structure import Structure
-from ..study.conforming import conformance
-from ..study.requirements.conformance import Conformance
 from ..study.requirements.specification import Specification
-from ..study.study import Study
 from .expressions import Expression, ExpressionError, ExpressionProblem
 from .toml_text import Path, write_toml
+
+if TYPE_CHECKING:
+    from ..study.requirements.conformance import Conformance
+    from ..study.study import Study
 
 
 @dataclass(frozen=True)
@@ -128,6 +128,8 @@ class Template:
         return f"<Template{title}: {len(self.parameters)} parameters{'; ' if sides else ''}{sides}>"
 
     def _repr_html_(self) -> str:
+        from ..plots.drawing.scene import mechanism_picture
+
         rows: list[list[Cell]] = []
         for name, one in self.parameters.items():
             values = [
@@ -288,6 +290,9 @@ class Template:
         ValueError
             If no parameter has an interval.
         """
+        # Here, as scene files are read where nothing is studied.
+        from ..study.study import Study
+
         if not self.intervals:
             raise ArgumentError(
                 "no parameter of the template has an interval: give one rel, plus and minus, or limits"
@@ -325,6 +330,8 @@ class Template:
         ValueError
             If the file has no requirements, or no parameter has a distribution.
         """
+        from ..study.conforming import conformance
+
         if not self.requirements:
             raise ArgumentError("the template has no requirements: give it a table [requirements]")
         return conformance(

@@ -14,7 +14,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear import cli
-from chebclear.cli import plans, program
+from chebclear.cli import program, scenes
 from chebclear.study.report.summary import findings
 
 ROOT = Path(__file__).parents[3]
@@ -304,7 +304,7 @@ def test_a_plan_is_printed_without_the_study(capsys):
 def test_what_takes_long_is_announced(capsys, monkeypatch):
     words = ["scan", CRANK, *BRIEF, "--outputs", "slider.x", "--points", "2"]
     assert answer(capsys, *words)[0]["plan"] is None
-    monkeypatch.setattr(plans, "_LONG", 0.0)
+    monkeypatch.setattr(scenes, "_LONG", 0.0)
     assert cli.main(words) == 0
     assert capsys.readouterr().err.startswith("plan: ")
     values, _ = answer(capsys, *words)

@@ -9,7 +9,7 @@ import chebclear as cc
 import pytest
 from chebclear import mechanisms
 from chebclear.cli import program
-from chebclear.templates.starters import starter, starter_names
+from chebclear.cli.commands.new import starter, starter_names
 
 MECHANISMS = [
     name

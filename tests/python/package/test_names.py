@@ -8,8 +8,7 @@ import hostile_names
 import numpy as np
 import pytest
 from chebclear.report.document import Document, Items, Listing, Picture, Section, Table, Text, Verdict
-from chebclear.report.html import as_html, fragment
-from chebclear.report.markup import element
+from chebclear.report.html import as_html, fragment, framed
 
 T = [0.0, 0.5, 1.0]
 
@@ -39,7 +38,7 @@ def test_no_name_runs_in_any_block(tmp_path):
         raw.append(hostile_names.unescaped(name, tmp_path, number))
         page = Document(name, [name], [name], [name], [Section(name, blocks(name))], blocks(name))
         made.append(written(tmp_path, number, "report", as_html(page)))
-        parts = [fragment(name, blocks(name)[:1]), element("img", alt=name, src="x"), element("p", name)]
+        parts = [fragment(name, blocks(name)[:1]), framed(name, name)]
         notebook = f"<!DOCTYPE html><html><head></head><body>{''.join(parts)}</body></html>"
         made.append(written(tmp_path, number, "notebook", notebook))
     assert hostile_names.ran(made, tmp_path) == []

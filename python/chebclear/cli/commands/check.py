@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from ...base.units import written
 from ...base.writing import complete_folder, file_name
 from ...notices import Notice
+from ...plots.drawing.scene import plot_scene
 from ...scene.columns import column_unit
 from ...scene.parts import ClearanceRevolute, ends_of, joints_with_play
 from ...scene.scene import Scene
 from ...templates.template import Template
-from ..figures import draw_scene
 from ..options import DIRECTORY, SCENE, Command, Option
-from ..output import print_json, require_writable
+from ..output import WIDTH, draw, print_json, require_writable
 from ..scenes import hint, period_of, template_of
 
 
@@ -28,7 +29,7 @@ def check(options: argparse.Namespace) -> int:
     if picture is not None:
         require_writable(options.out)
         with complete_folder(options.out) as folder:
-            draw_scene(scene, folder / picture.name)
+            draw(folder, options.scene.stem, (WIDTH, WIDTH), partial(plot_scene, scene))
     if options.json:
         print_json(_facts(template, scene, picture))
         return 0

@@ -13,8 +13,7 @@ from ...templates.reader import load
 from ..bands import EXIT_NOT_MET, hand_over, share_rows
 from ..options import COUNT, MEANS, NUMBER, SCENE, SETTINGS, Command, Kind, Option, out
 from ..output import require_writable
-from ..plans import plan_of
-from ..scenes import changes_of, study_settings, template_of
+from ..scenes import changes_of, plan_of, study_settings, template_of
 
 
 def conformance(options: argparse.Namespace) -> int:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 import shlex
+from importlib import resources
 from pathlib import Path
 
 from ...base.writing import replaced
-from ...templates.starters import starter, starter_names
 from ..options import Command, Kind, Option
 from ..output import print_json
 
@@ -26,6 +26,20 @@ def new(options: argparse.Namespace) -> int:
     if not options.quiet:
         print(f"next     chebclear check {shlex.quote(str(path))}")
     return 0
+
+
+_STARTERS = resources.files("chebclear.templates") / "starters"
+
+
+def starter_names() -> tuple[str, ...]:
+    """Names of the mechanisms with a starter file."""
+    names = (entry.name for entry in _STARTERS.iterdir())
+    return tuple(sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml")))
+
+
+def starter(mechanism: str) -> str:
+    """The text of a starter file; with it `loads` gives the mechanism with its default values."""
+    return (_STARTERS / f"{mechanism}.toml").read_text(encoding="utf-8")
 
 
 def _new_file(text: str) -> Path:

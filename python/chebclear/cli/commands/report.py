@@ -7,9 +7,7 @@ from pathlib import Path
 
 from ...errors import ArgumentError
 from ...loading import load_result
-from ...study.bifurcation import Bifurcation
-from ...study.comparison import Comparison
-from ...study.requirements.conformance import Conformance
+from ...report.html import Reported
 from ..options import DIRECTORY, Command, Kind, Option, file
 from ..output import print_json, require_writable
 
@@ -21,12 +19,8 @@ def report(options: argparse.Namespace) -> int:
         options.out.mkdir(parents=True, exist_ok=True)
     require_writable(path.parent)
     result = load_result(options.result)
-    if isinstance(result, Bifurcation):
-        what = "a bifurcation diagram, which has no report: draw it in Python with load_result(...).plot()"
-        raise ArgumentError(f"{options.result} holds {what}")
-    if isinstance(result, Comparison | Conformance):
-        what = "a comparison of two studies" if isinstance(result, Comparison) else "shares in specification"
-        what += ", which have no report: print them in Python with load_result(...)"
+    if not isinstance(result, Reported):
+        what = f"a {type(result).__name__}, which has no report: see it in Python with load_result(...)"
         raise ArgumentError(f"{options.result} holds {what}")
     written = result.report(path, title=options.title)
     if options.json:

@@ -5,17 +5,20 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import math
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...base.writing import complete_folder
+from ...plots.runs import plot_orbit
 from ...run.trajectory import Trajectory
 from ...scene.columns import column_unit
-from ..figures import draw_run
+from ...scene.parts import loose_joints
 from ..options import OUTPUTS, SCENE, SETTINGS, Command, out
-from ..output import Rows, print_json, require_writable, table_text, write_table
-from ..scenes import hint, outputs_of, progress_of, settings_of, template_of
+from ..output import WIDTH, Rows, draw, print_json, require_writable, table_text, write_table
+from ..scenes import ORBIT, hint, outputs_of, progress_of, settings_of, template_of
 
 
 def run(options: argparse.Namespace) -> int:
@@ -31,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
             write_table(extremes, folder, "extremes")
             write_table(contacts, folder, "contacts")
             result.to_csv(folder / "run.csv")
-            draw_run(result, folder)
+            _draw(result, folder)
             result.report(folder / "report.html", title=template.title or None)
     if options.json:
         print_json(
@@ -92,6 +95,19 @@ def _largest(values: NDArray[np.float64]) -> float:
     """The largest of the numbers that are known; NaN without one."""
     known = values[np.isfinite(values)]
     return float(known.max()) if len(known) else math.nan
+
+
+def _draw(run: Trajectory, folder: Path) -> None:
+    """``outputs.png``, a panel for every unit, and ``orbit_NAME.png`` where the journal's path is known."""
+    panels: dict[str, list[str]] = {}
+    for name in run.columns:
+        panels.setdefault(column_unit(name), []).append(name)
+    draw(
+        folder, "outputs", (WIDTH, 2.6 * len(panels)), *(partial(run.plot, some) for some in panels.values())
+    )
+    for joint in loose_joints(run.scene.joints):
+        if {f"{joint.name}.{kind}" for kind in ORBIT} <= set(run.columns):
+            draw(folder, f"orbit_{joint.name}", (WIDTH, WIDTH), partial(plot_orbit, run, joint.name))
 
 
 COMMANDS = {

@@ -27,8 +27,7 @@ from ..options import (
     out,
 )
 from ..output import require_writable
-from ..plans import plan_of
-from ..scenes import outputs_of, study_settings, template_of
+from ..scenes import outputs_of, plan_of, study_settings, template_of
 
 if TYPE_CHECKING:
     from ...decisions.measured import Measured

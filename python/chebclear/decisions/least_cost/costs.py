@@ -15,8 +15,8 @@ from ...base.units import convert, is_quantity
 from ...scene.distributions import Lognormal
 from ...scene.scene import Interval
 from ...study.runner import Runner
-from ...templates.costs import GRADE
 from ...templates.fits import FitError, grade_tolerance
+from ...templates.run_table import GRADE
 from .excess import Cost
 
 # Functions are searched from this part of the tolerance of the study to this multiple.

@@ -20,7 +20,7 @@ from ...scene.columns import plain_words
 from ...scene.forces import Gravity
 from ...scene.parts import joints_with_play
 from ...scene.scene import Scene
-from ..axes import documented, is_a, new_axes
+from ..axes import is_a, new_axes, plot_of
 from ..labels import size_of, typeset
 from .pen import Pen, strokes_of
 from .plane import along_body, around
@@ -53,7 +53,7 @@ MOST_EXAGGERATED = 1e6
 """Largest factor of clearances [-]: a micrometer is then as wide as a meter."""
 
 
-@documented
+@plot_of()
 def plot_scene(
     scene: Scene | Trajectory,
     t: float | None = None,
