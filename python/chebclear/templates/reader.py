@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 import os
 import re
@@ -21,9 +20,10 @@ from .expressions import Expression, ExpressionError, ExpressionProblem, parse
 from .parameters import read_parameters
 from .run_table import check_names, read_costs, read_features, read_requirements, read_run
 from .template import Template, path_text
-from .toml_text import MOST_CHARACTERS, Path, Place, inside, pointed_at, read_toml
+from .toml_text import MOST_CHARACTERS, Path, Place, pointed_at, read_toml
 from .values import Values
 
+_PLAIN_TEXT = re.compile(r"""(["'])(?!\1\1)[^\\]*?\1""")
 FORMAT = 1
 """Number of the scene file format."""
 
@@ -147,7 +147,6 @@ def _located(
     """
     text = text.replace("\r\n", "\n")
     lines = text.split("\n")
-    starts = [0, *itertools.accumulate(len(line) + 1 for line in lines)]
     by_text = {path_text(path): place for path, place in places.items()}
     by_text = {
         path: place
@@ -164,10 +163,10 @@ def _located(
         if place is None:
             found.append(((0, 0), Problem(f"{name}: {problem.path}", problem.message)))
             continue
-        # The value may be a table in which the text was replaced.
-        quoted = lines[place.line - 1][place.column - 1 : place.column] in ("'", '"')
-        if isinstance(problem, ExpressionProblem) and path == problem.path and quoted:
-            place = inside(text, starts[place.line - 1] + place.column - 1, place, problem.offset)
+        # Inside a text of one line without escapes; the value may be a table with a text that was replaced.
+        written = lines[place.line - 1][place.column - 1 :]
+        if isinstance(problem, ExpressionProblem) and path == problem.path and _PLAIN_TEXT.match(written):
+            place = place._replace(column=place.column + 1 + problem.offset)
         column = place.key_column if isinstance(problem, UnknownKey) else place.column
         where = f"{name}:{place.line}:{column}: {problem.path}"
         shown = f"{problem.message}{pointed_at(lines[place.line - 1], column)}"

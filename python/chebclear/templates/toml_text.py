@@ -110,32 +110,6 @@ _BARE_QUANTITY = re.compile(
 )
 
 
-def inside(text: str, start: int, place: Place, offset: int) -> Place:
-    """Where a letter inside the text of a value stands, `offset` letters behind its first.
-
-    `start` are the letters of the file, whose lines end with a line feed alone, before the value, which is a
-    text in quotes; `place` is where it begins.
-    """
-    quotes = re.compile(r'"""\n?|\'\'\'\n?|"|\'').match(text, start)
-    assert quotes is not None, "only texts have letters inside"
-    at = quotes.end()
-    letter = _LETTER if text[start] == '"' else re.compile(r"()(.)", re.DOTALL)
-    while True:
-        found = letter.match(text, at)
-        assert found is not None, "the letter is inside"
-        if offset == 0 and not found[1]:
-            break
-        at = found.end()
-        offset -= not found[1]
-    before = text[start:at].split("\n")
-    column = place.column if len(before) == 1 else 1
-    return Place(place.line + len(before) - 1, column + len(before[-1]), place.key_column)
-
-
-# One letter of a text between double quotes; the first group is a line end that does not count.
-_LETTER = re.compile(r"(\\[ \t]*\n\s*)?(?(1)|(\\u[0-9A-Fa-f]{4}|\\U[0-9A-Fa-f]{8}|\\.|.))", re.DOTALL)
-
-
 class _Locator:
     """Walks over a text that `tomllib` has accepted, and so can trust it."""
 

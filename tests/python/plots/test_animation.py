@@ -12,8 +12,8 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear.plots.animation import animate as module
-from chebclear.plots.animation.film import GAP, arrows
-from chebclear.plots.animation.motion import motion_of, moved, moving_mechanism
+from chebclear.plots.animation.film import GAP, arrows, journal_of
+from chebclear.plots.animation.motion import moved, moving_mechanism
 from chebclear.plots.drawing.pen import strokes_of
 from chebclear.plots.drawing.pose import Pose, simulated_poses
 from chebclear.plots.drawing.strokes import Enlarged
@@ -51,17 +51,18 @@ def run():
     return cc.simulate(press(), duration=0.1, samples=801)
 
 
+FRAMES = np.linspace(0, 800, 9).astype(int)
+
+
 @pytest.fixture(scope="module")
 def motion(run):
-    samples = np.arange(len(run.t))
-    frames = np.linspace(0, 800, 9).astype(int)
-    return motion_of(run, simulated_poses(run), samples, frames, "wrist", "ram.vx")
+    return moving_mechanism(run.scene, simulated_poses(run)[FRAMES])
 
 
 def test_every_stroke_goes_with_what_it_belongs_to(run, motion):
     poses = simulated_poses(run)
     first = Pose(run.scene, poses[0])
-    for number, sample in enumerate(motion.frames):
+    for number, sample in enumerate(FRAMES):
         pose = Pose(run.scene, poses[sample])
         ends = ["ground.wall", "crank.B", "rod.B", "rod.C", "rod.center_of_mass", "ram.C", "ram.tool"]
         for end in ends:
@@ -118,7 +119,7 @@ def test_centers_of_mass_are_the_columns_of_the_run(run, motion):
     assert len(crosses) == 2
     for stroke in crosses:
         middle = moved(motion.transforms["rod"], stroke.points).mean(axis=1)
-        there = np.column_stack([run["rod.x"], run["rod.y"]])[motion.frames]
+        there = np.column_stack([run["rod.x"], run["rod.y"]])[FRAMES]
         np.testing.assert_allclose(middle, there, rtol=0.0, atol=1e-15)
 
 
@@ -134,19 +135,19 @@ def test_the_rail_holds_the_block_in_every_frame(motion):
     assert low < reach.min() and reach.max() < high
 
 
-def test_the_arrow_is_that_of_the_contact(run, motion):
-    loose = motion.loose
+def test_the_arrow_is_that_of_the_contact(run):
+    eccentricity, contact = journal_of(run, "wrist", np.arange(len(run.t)))
     force = np.hypot(run["wrist.normal_force"], run["wrist.friction_force"])
-    np.testing.assert_allclose(np.hypot(*loose.force.T), force, rtol=1e-12)
+    np.testing.assert_allclose(np.hypot(*contact.T), force, rtol=1e-12)
     pressed = run["wrist.normal_force"] > 0.0
     # The normal force pushes the journal back inside.
-    assert np.all(np.sum(loose.force * loose.eccentricity, axis=1)[pressed] < 0.0)
-    path = GAP * loose.eccentricity / 5e-5
-    tails, tips, full = arrows(path, loose.force)
+    assert np.all(np.sum(contact * eccentricity, axis=1)[pressed] < 0.0)
+    path = GAP * eccentricity / 5e-5
+    tails, tips, full = arrows(path, contact)
     ways, lengths = tips - tails, np.hypot(*(tips - tails).T)
     np.testing.assert_allclose(np.hypot(*(tips - path).T)[pressed], 1.0)  # on the surface of the journal
     np.testing.assert_allclose(lengths, np.minimum(1.0, force / full), rtol=1e-9, atol=1e-12)
-    toward = loose.force[pressed] / force[pressed, None]
+    toward = contact[pressed] / force[pressed, None]
     np.testing.assert_allclose(ways[pressed] / lengths[pressed, None], toward, rtol=1e-9, atol=1e-9)
     assert np.array_equal(tails[~pressed], tips[~pressed])
 
@@ -179,7 +180,7 @@ def test_the_page_needs_no_network_and_holds_the_motion(run, tmp_path):
     path = np.array(bearing["transforms"][1])[:, 4:]
     np.testing.assert_allclose(np.hypot(*path.T), GAP * run["wrist.eccentricity"][frames] / 5e-5, rtol=1e-4)
     # The arrow of the contact force, from its tail to its tip.
-    steps, force = np.array(bearing["transforms"][2]), cc.animate(run, frames=7)._motion.loose.force[frames]
+    steps, (_, force) = np.array(bearing["transforms"][2]), journal_of(run, "wrist", frames)
     tails, tips, _ = arrows(path, force)
     np.testing.assert_allclose(steps[:, 4:], tails, rtol=1e-4, atol=1e-6)
     np.testing.assert_allclose(steps[:, :2], tips - tails, rtol=1e-4, atol=1e-6)
@@ -274,4 +275,4 @@ def test_a_run_that_ended_early_is_shown_until_then():
     )
     animation = cc.animate(run, frames=10)
     assert animation.figure(-1) is not None
-    assert animation._motion.t[-1] <= run.end_time
+    assert animation.film().at[-1] <= 1e6 * run.end_time and "µs" in animation.film().label

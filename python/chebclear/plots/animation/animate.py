@@ -18,12 +18,13 @@ from ...base.writing import replaced
 from ...errors import ArgumentError, MissingProgramError
 from ...report.film import Film, player, player_style
 from ...report.html import film_page, framed
-from ...scene.columns import column_words, plain_words
+from ...scene.columns import plain_words
 from ...scene.parts import ClearanceRevolute
+from ...scene.scene import Scene
 from ..axes import require, require_name
 from ..drawing.pose import Pose, simulated_poses
-from .film import evenly, mechanism_words, run_film
-from .motion import Motion, motion_of, moving_mechanism
+from .film import bearing_panel, evenly, moving_film
+from .motion import moving_mechanism
 from .stage import Stage
 
 if TYPE_CHECKING:
@@ -52,16 +53,15 @@ _JOINT_COLUMNS = ("eccentricity_x", "eccentricity_y", "normal_force", "friction_
 class Animation:
     """A run or a mode as a moving picture, to be saved or played in a notebook; `animate` makes it."""
 
-    def __init__(self, motion: Motion, rate: int, size: tuple[float, float], shown: str = "the run") -> None:
-        self._motion, self.rate, self._shown = motion, rate, shown
-        self._film = run_film(motion, rate)
-        self._stage = Stage(self._film, motion.scene, size)
+    def __init__(self, film: Film, scene: Scene, note: str, size: tuple[float, float] = (10.0, 5.0)) -> None:
+        self._film, self._note = film, note
+        self._stage = Stage(film, scene, size)
 
     def __repr__(self) -> str:
-        return f"<Animation: {len(self)} frames, {self.rate:g} a second>"
+        return f"<Animation: {len(self)} frames, {self._film.rate:g} a second>"
 
     def __len__(self) -> int:
-        return len(self._motion.frames)
+        return len(self._film.at)
 
     def figure(self, frame: int = 0) -> Figure:
         """The picture of one frame; the same figure for all of them."""
@@ -108,7 +108,7 @@ class Animation:
         return widget_of(self._film)
 
     def _repr_html_(self) -> str:
-        return framed(self._page(), mechanism_words(self._motion.scene))
+        return framed(self._page(), self._film.title)
 
     def _repr_mimebundle_(self, **asked: Any) -> Any:
         try:
@@ -124,7 +124,7 @@ class Animation:
         palette = pictures[len(pictures) // 2].quantize(128)
         first, *rest = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures)
         # The format counts in hundredths of a second.
-        pause = 10 * max(1, round(100.0 / self.rate))
+        pause = 10 * max(1, round(100.0 / self._film.rate))
         first.save(file, save_all=True, append_images=rest, duration=pause, loop=0, optimize=True)
 
     def _save_movie(self, file: Path) -> None:
@@ -137,25 +137,14 @@ class Animation:
         movie = animation.FuncAnimation(figure, self._stage.show, frames=count, cache_frame_data=False)
         with mpl.rc_context():
             mpl.rcParams["animation.ffmpeg_path"] = ffmpeg
-            movie.save(str(file), writer="ffmpeg", fps=self.rate)
+            movie.save(str(file), writer="ffmpeg", fps=self._film.rate)
 
     def film(self) -> Film:
         """What pages and notebooks play."""
         return self._film
 
     def _page(self) -> str:
-        return film_page(self.film(), self._note())
-
-    def _note(self) -> str:
-        motion = self._motion
-        span = float(motion.t[motion.frames[-1]] - motion.t[motion.frames[0]])
-        slower = (len(self) - 1) / self.rate / span
-        output = column_words(motion.output)
-        text = f"{span:.4g} s of {self._shown}, {slower:.3g} times slower, with its {output}."
-        if motion.loose is not None:
-            name = plain_words(motion.loose.joint.name)
-            text += f" The center of the journal of the {name} is free in the dashed circle."
-        return text
+        return film_page(self._film, self._note)
 
 
 def animate(
@@ -242,8 +231,14 @@ def animate(
     samples = np.flatnonzero(known)
     if len(samples) < 2:
         raise ArgumentError(f"fewer than two samples lie between start={since:g} and end={until:g} s")
-    motion = motion_of(run, poses, samples, evenly(len(samples), count), chosen, shown, factor)
-    return Animation(motion, pace, (extent[0], extent[1]))
+    picked = evenly(len(samples), count)
+    moving = moving_mechanism(run.scene, poses[samples[picked]], factor)
+    panels = [bearing_panel(run, chosen, samples, picked)] if chosen else []
+    values = run[shown][samples]
+    film, note = moving_film(moving, run.t[samples], picked, shown, values, panels, pace, "the run")
+    if chosen:
+        note += f" The center of the journal of the {plain_words(chosen)} is free in the dashed circle."
+    return Animation(film, run.scene, note, (extent[0], extent[1]))
 
 
 def animate_mode(modes: Modes, mode: int, size: float, frames: int, rate: int) -> Animation:
@@ -261,16 +256,13 @@ def animate_mode(modes: Modes, mode: int, size: float, frames: int, rate: int) -
     body, axis = np.unravel_index(np.argmax(spans), spans.shape)
     name = modes.bodies[body]
     places = [[*pose.at(f"{name}.center_of_mass"), pose.places[name][2]] for pose in moments]
-    motion = Motion(
-        **vars(moving_mechanism(modes.scene, modes.poses + waves)),
-        t=turns / frequency,
-        frames=np.arange(count),
-        loose=None,
-        output=f"{name}.{('x', 'y', 'angle')[axis]}",
-        values=np.array(places)[:, axis],
+    output, what = (
+        f"{name}.{('x', 'y', 'angle')[axis]}",
+        f"mode {mode} at {frequency:.4g} Hz, of no size of its own",
     )
-    shown = f"mode {mode} at {frequency:.4g} Hz, of no size of its own"
-    return Animation(motion, pace, (10.0, 5.0), shown)
+    moving, values = moving_mechanism(modes.scene, modes.poses + waves), np.array(places)[:, axis]
+    film, note = moving_film(moving, turns / frequency, np.arange(count), output, values, [], pace, what)
+    return Animation(film, modes.scene, note)
 
 
 def _ffmpeg() -> str:

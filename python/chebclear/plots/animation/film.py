@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 from ...base.prefixes import prefix_of
 from ...base.tables import format_number
 from ...report.film import Film, Panel, Shape, chart
-from ...scene.columns import column_unit, plain_words
+from ...scene.columns import column_unit, column_words, plain_words
 from ...scene.motions import Speed
+from ...scene.parts import loose_joints, owner_of
 from ...scene.scene import Scene
-from ..drawing.pose import pose_columns, simulated_poses
+from ..drawing.pose import colors_of, pose_columns, simulated_poses
 from ..drawing.strokes import Enlarged, Stroke
-from .motion import LooseJoint, Motion, MovingMechanism, moving_mechanism
+from .motion import MovingMechanism, moving_mechanism
 
 if TYPE_CHECKING:
     from ...run.trajectory import Trajectory
@@ -89,18 +90,27 @@ def outputs_film(run: Trajectory, names: Sequence[str]) -> Film:
     )
 
 
-def run_film(motion: Motion, rate: int) -> Film:
-    """A run as an animation shows it: the mechanism, the magnified joint, one output."""
-    x, label = time_axis(motion.t)
-    words, frames = mechanism_words(motion.scene), motion.frames
-    panels = [mechanism_panel(motion, words)]
-    if motion.loose is not None:
-        panels.append(_bearing(motion, motion.loose))
-    charts = [chart(motion.output, motion.unit, x, motion.values)]
-    places = instants(motion.scene, motion.t[frames])
-    if motion.exaggerate > 1.0:
-        places = [f"{place}, clearances drawn {motion.exaggerate:g} times larger" for place in places]
-    return Film(words, label, x[frames], places, panels, charts, rate=rate, starts=True)
+def moving_film(
+    moving: MovingMechanism,
+    t: Array,
+    frames: NDArray[np.int64],
+    output: str,
+    values: Array,
+    panels: list[Panel],
+    rate: int,
+    what: str,
+) -> tuple[Film, str]:
+    """A mechanism in motion with one output at instants [s], of which some are frames; and a note on it."""
+    x, label = time_axis(t)
+    words, places = mechanism_words(moving.scene), instants(moving.scene, t[frames])
+    if moving.exaggerate > 1.0:
+        places = [f"{place}, clearances drawn {moving.exaggerate:g} times larger" for place in places]
+    charts = [chart(output, column_unit(output), x, values)]
+    panels = [mechanism_panel(moving, words), *panels]
+    span = float(t[frames[-1]] - t[frames[0]])
+    note = f"{span:.4g} s of {what}, {(len(frames) - 1) / rate / span:.3g} times slower, with its "
+    film = Film(words, label, x[frames], places, panels, charts, rate=rate, starts=True)
+    return film, f"{note}{column_words(output)}."
 
 
 def _shape(stroke: Stroke, moves: int) -> Shape:
@@ -121,11 +131,15 @@ def _shape(stroke: Stroke, moves: int) -> Shape:
     )
 
 
-def _bearing(motion: Motion, loose: LooseJoint) -> Panel:
-    """The magnified joint, in radii of its journal, with the contact force on the journal as an arrow."""
-    outer, inner = loose.colors
-    path, frames = GAP * loose.eccentricity / loose.joint.clearance, motion.frames
-    tails, tips, full = arrows(path[frames], loose.force[frames])
+def bearing_panel(run: Trajectory, name: str, samples: NDArray[np.int64], frames: NDArray[np.int64]) -> Panel:
+    """A clearance joint magnified, in radii of its journal, with the contact force on it as an arrow; the
+    frames are some of the samples."""
+    joint = next(joint for joint in loose_joints(run.scene.joints) if joint.name == name)
+    colors = colors_of(run.scene)
+    outer, inner = colors[owner_of(joint.bearing)], colors[owner_of(joint.journal)]
+    eccentricity, forces = journal_of(run, name, samples)
+    path, forces = GAP * eccentricity / joint.clearance, forces[frames]
+    tails, tips, full = arrows(path[frames], forces)
     center = np.zeros((1, 2))
     arm = 0.12 * np.array([[-1.0, 0.0], [1.0, 0.0]])
     shaft, head = np.array([[0.0, 0.0], [1.0, 0.0]]), np.array([[1.0, 0.0], [0.78, 0.088], [0.78, -0.088]])
@@ -143,11 +157,11 @@ def _bearing(motion: Motion, loose: LooseJoint) -> Panel:
     x, y = (tips - tails).T
     texts = [
         f"contact force {format_number(force, 3)} N" if force > 0.0 else "free flight"
-        for force in np.hypot(*loose.force[frames].T).tolist()
+        for force in np.hypot(*forces.T).tolist()
     ]
-    larger = GAP * loose.joint.journal_radius / loose.joint.clearance
+    larger = GAP * joint.journal_radius / joint.clearance
     title = (
-        f"{plain_words(loose.joint.name)}, clearance drawn {larger:.3g} times larger; contact force on the "
+        f"{plain_words(name)}, clearance drawn {larger:.3g} times larger; contact force on the "
         f"journal, longest arrow: {format_number(full, 3)} N"
     )
     transforms = [_STILL, journal, np.column_stack([x, y, -y, x, tails])]
@@ -167,3 +181,14 @@ def arrows(path: Array, force: Array) -> tuple[Array, Array, float]:
     tips = np.where(acts, 1.0 + 1.0 / np.where(acts, size, 1.0), 1.0)[:, None] * path
     scale = np.where(acts, np.minimum(1.0 / np.where(acts, strength, 1.0), 1.0 / (full or 1.0)), 0.0)
     return tips - scale[:, None] * force, tips, full
+
+
+def journal_of(run: Trajectory, name: str, samples: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Places of a journal in its bearing [m] and contact forces on it [N] at samples, shape (samples, 2)."""
+    eccentricity = np.column_stack([run[f"{name}.eccentricity_{axis}"][samples] for axis in "xy"])
+    size = np.hypot(*eccentricity.T)
+    normal = eccentricity / np.where(size > 0.0, size, 1.0)[:, None]
+    tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
+    pressed, dragged = (run[f"{name}.{kind}_force"][samples][:, None] for kind in ("normal", "friction"))
+    # On the journal the normal force points back to the center of the bearing.
+    return eccentricity, dragged * tangent - pressed * normal

@@ -1,15 +1,13 @@
-"""Moving parts of an animation: strokes with their transforms, the clearance joint, one output; by frame."""
+"""The moving parts of a mechanism: strokes with their transforms by frame."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...base.units import unit
-from ...scene.columns import column_unit
 from ...scene.parts import (
     GROUND,
     ClearancePrismatic,
@@ -22,27 +20,13 @@ from ...scene.parts import (
 from ...scene.scene import Scene
 from ..drawing.guides import place_in
 from ..drawing.pen import strokes_of
-from ..drawing.pose import Pose, colors_of
+from ..drawing.pose import Pose
 from ..drawing.strokes import Enlarged, Owner, Stroke, along
 
 if TYPE_CHECKING:
-    from ...run.trajectory import Trajectory
+    pass
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class LooseJoint:
-    """Motion and force of one clearance joint in an animation."""
-
-    joint: ClearanceRevolute
-    """The joint."""
-    colors: tuple[str, str]
-    """Colors of the bodies that hold the bearing and the journal."""
-    eccentricity: Array = field(metadata=unit("m"))
-    """From the center of the bearing to that of the journal at every sample [m], shape (samples, 2)."""
-    force: Array = field(metadata=unit("N"))
-    """Contact force on the journal at every sample [N], shape (samples, 2)."""
 
 
 @dataclass(frozen=True)
@@ -69,55 +53,11 @@ class MovingMechanism:
         return np.min(lows, axis=0), np.max(highs, axis=0)
 
 
-@dataclass(frozen=True)
-class Motion(MovingMechanism):
-    """A part of a run as an animation shows it."""
-
-    t: Array = field(metadata=unit("s"))
-    """Instants of the samples that are shown [s], shape (samples,)."""
-    frames: NDArray[np.int64]
-    """Which of the samples are frames, shape (frames,)."""
-    loose: LooseJoint | None
-    """The joint that is magnified; None without one."""
-    output: str
-    """Name of the output."""
-    values: Array
-    """The output at every sample, in its unit, shape (samples,)."""
-
-    @property
-    def unit(self) -> str:
-        """Unit of the output."""
-        return column_unit(self.output)
-
-
 def moved(transforms: Array, points: Array) -> Array:
     """Points after each of the transforms, shape (frames, points, 2)."""
     matrices = transforms[:, :4].reshape(-1, 2, 2)  # the rows are what the unit vectors become
     shifted: Array = points @ matrices + transforms[:, None, 4:]
     return shifted
-
-
-def motion_of(
-    run: Trajectory,
-    poses: Array,
-    samples: NDArray[np.int64],
-    frames: NDArray[np.int64],
-    joint: str | None,
-    output: str,
-    exaggerate: float = 1.0,
-) -> Motion:
-    """Some samples of a run, of which some are frames, with the clearance joint and the output that are
-    shown.
-    """
-    moving = moving_mechanism(run.scene, poses[samples[frames]], exaggerate)
-    return Motion(
-        **vars(moving),
-        t=run.t[samples],
-        frames=frames,
-        loose=None if joint is None else _loose(run, joint, samples),
-        output=output,
-        values=run[output][samples],
-    )
 
 
 def moving_mechanism(scene: Scene, poses: Array, exaggerate: float = 1.0) -> MovingMechanism:
@@ -178,17 +118,3 @@ def _travels(moments: list[Pose]) -> dict[str, tuple[float, float]]:
             ]
             travels[joint.name] = (min(places) - places[0], max(places) - places[0])
     return travels
-
-
-def _loose(run: Trajectory, name: str, samples: NDArray[np.int64]) -> LooseJoint:
-    joint = next(joint for joint in run.scene.joints if joint.name == name)
-    assert isinstance(joint, ClearanceRevolute)
-    eccentricity = np.column_stack([run[f"{name}.eccentricity_{axis}"][samples] for axis in "xy"])
-    size = np.hypot(*eccentricity.T)
-    normal = eccentricity / np.where(size > 0.0, size, 1.0)[:, None]
-    tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
-    pressed, dragged = (run[f"{name}.{kind}_force"][samples][:, None] for kind in ("normal", "friction"))
-    colors = colors_of(run.scene)
-    own = colors[owner_of(joint.bearing)], colors[owner_of(joint.journal)]
-    # On the journal the normal force points back to the center of the bearing.
-    return LooseJoint(joint, own, eccentricity, dragged * tangent - pressed * normal)
