@@ -13,7 +13,7 @@ from ..errors import UnknownNameError
 from ..scene.columns import column_unit, column_words, plain_words
 from .axes import COLORS, MARKERS, line_style, new_axes, plot_of
 from .labels import (
-    legend_columns,
+    legends_above,
     plain_numbers,
     set_labels,
     set_row_names,
@@ -142,7 +142,7 @@ def plot_tradeoff(
     what = f"largest error of {column_words(name)} to {1e3 * span:.3g} ms"
     plain_numbers(ax.yaxis)
     set_labels(ax, with_unit(what, column_unit(name)), _COSTS[cost])
-    _legends_above(ax, guides=("uncertainty of the reference", "chaos horizon"))
+    legends_above(ax, guides=("uncertainty of the reference", "chaos horizon"))
     return ax
 
 
@@ -199,41 +199,8 @@ def plot_study_tradeoff(
     plain_numbers(ax.xaxis)
     plain_numbers(ax.yaxis)
     set_labels(ax, "runs [-]", f"error of the width of {column_words(name)} [-]")
-    _legends_above(ax, title="bounds; hollow: too narrow")
+    legends_above(ax, title="bounds; hollow: too narrow")
     return ax
-
-
-def _legends_above(ax: Axes, title: str | None = None, guides: tuple[str, ...] = ()) -> None:
-    """Legends above the axes, where they can cover no point: one of lines, one of guides below it."""
-    from matplotlib.transforms import ScaledTranslation
-
-    style: dict[str, Any] = {
-        "fontsize": "small",
-        "frameon": False,
-        "title_fontsize": "small",
-        "loc": "lower center",
-        "borderaxespad": 0.0,
-    }
-    entries = list(zip(*ax.get_legend_handles_labels(), strict=True))
-    lines = [entry for entry in entries if not entry[1].startswith(guides or ("\n",))]
-    gap = 3.0  # [points]
-    for group in ([entry for entry in entries if entry not in lines], lines):
-        if not group:
-            continue
-        labels = [label for _, label in group]
-        anchor = ax.transAxes + ScaledTranslation(0.0, gap / 72.0, ax.figure.dpi_scale_trans)
-        legend = ax.legend(
-            [handle for handle, _ in group],
-            list(map(typeset, labels)),
-            title=title,
-            ncols=legend_columns(ax, labels),
-            bbox_to_anchor=(0.5, 1.0),
-            bbox_transform=anchor,
-            **style,
-        )
-        gap += legend.get_window_extent().height / ax.figure.dpi * 72.0
-        if group is not lines:
-            ax.add_artist(legend)
 
 
 @plot_of("Allocation")

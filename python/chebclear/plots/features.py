@@ -13,7 +13,7 @@ from ..base.prefixes import prefix_of
 from ..scene.columns import plain_words
 from .axes import COLORS, new_axes, plot_of, unit_scale
 from .labels import (
-    legend_columns,
+    legends_above,
     set_row_names,
     set_x_label,
     size_of,
@@ -103,7 +103,6 @@ def plot_tornado(
             continue
         sides["left"].append((float(reaches.min()), row, float(ends.min())))
         sides["right"].append((float(reaches.max()), row, float(ends.max())))
-    # Not up into the legend.
     ax.plot((mean, mean), (-0.5, len(shown) - 0.5), color="0.2", linewidth=0.8)
     set_row_names(ax, [plain_words(name) for name in shown])
     _values_beside(ax, sides)
@@ -113,7 +112,7 @@ def plot_tornado(
     if len(names) > len(shown):
         note = f"{len(names) - len(shown)} more parameters move it less"
         ax.text(0.99, 0.02, typeset(note), transform=ax.transAxes, ha="right", fontsize="small", color="0.3")
-    _legend_on_top(ax)
+    legends_above(ax)
     return ax
 
 
@@ -361,23 +360,4 @@ def _beside(ax: Axes, place: float, row: float, text: str, side: str) -> None:
         ha=side,
         va="center",
         fontsize="small",
-    )
-
-
-def _legend_on_top(ax: Axes) -> None:
-    """A legend above the first row, in one line if it fits."""
-    handles, labels = ax.get_legend_handles_labels()
-    columns = legend_columns(ax, labels)
-    lines = -(-len(labels) // columns)
-    rows = len(ax.get_yticks())
-    height = (1.6 * lines + 1.0) * float(ax.xaxis.label.get_fontsize()) / size_of(ax)[1]
-    # The rows keep what the legend leaves.
-    ax.set_ylim(rows - 0.4, -0.6 - rows * height / (1.0 - min(height, 0.6)))
-    ax.legend(
-        handles,
-        list(map(typeset, labels)),
-        loc="upper center",
-        ncols=columns,
-        fontsize="small",
-        frameon=False,
     )

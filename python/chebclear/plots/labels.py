@@ -317,6 +317,39 @@ def legend_above_the_data(ax: Axes, title: str | None = None) -> None:
             share = min(0.8, share + covered / ax.get_window_extent().height + 0.02)
 
 
+def legends_above(ax: Axes, title: str | None = None, guides: tuple[str, ...] = ()) -> None:
+    """Legends above the axes, where they can cover no point: one of lines, one of guides below it."""
+    from matplotlib.transforms import ScaledTranslation
+
+    style: dict[str, Any] = {
+        "fontsize": "small",
+        "frameon": False,
+        "title_fontsize": "small",
+        "loc": "lower center",
+        "borderaxespad": 0.0,
+    }
+    entries = list(zip(*ax.get_legend_handles_labels(), strict=True))
+    lines = [entry for entry in entries if not entry[1].startswith(guides or ("\n",))]
+    gap = 3.0  # [points]
+    for group in ([entry for entry in entries if entry not in lines], lines):
+        if not group:
+            continue
+        labels = [label for _, label in group]
+        anchor = ax.transAxes + ScaledTranslation(0.0, gap / 72.0, ax.figure.dpi_scale_trans)
+        legend = ax.legend(
+            [handle for handle, _ in group],
+            list(map(typeset, labels)),
+            title=title,
+            ncols=legend_columns(ax, labels),
+            bbox_to_anchor=(0.5, 1.0),
+            bbox_transform=anchor,
+            **style,
+        )
+        gap += legend.get_window_extent().height / ax.figure.dpi * 72.0
+        if group is not lines:
+            ax.add_artist(legend)
+
+
 def legend_columns(ax: Axes, labels: Sequence[str]) -> int:
     """How many columns of a legend of small type fit into the width of the axes [-]."""
     font = float(ax.xaxis.label.get_fontsize()) / _SMALLER

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from chebclear import mechanisms, simulate
-from chebclear.paper import case_study as paper, output as paper_output
+from chebclear.paper import case_study as paper
 from chebclear.study.band.band import running_maximum
 from chebclear.study.band.zones import spans_below
 
@@ -153,8 +153,8 @@ class TestCaseStudy:
 
 
 def test_tables_hold_the_papers_values(study):
-    text = paper_output.tables_markdown(study)
-    printed = [f"{value:.2f}" for pair in paper_output.TABLE_3.values() for value in pair]
+    text = paper.tables_markdown(study)
+    printed = [f"{value:.2f}" for pair in paper.TABLE_3.values() for value in pair]
     printed += ["3.21", "3.36", "0.0074", "0.0266", "0.0076", "0.0341", "3.6", "4.5"]
     printed += ["0.35", "0.55", "0.0001", "0.2540", "1.25", "1.73", "0.0003", "0.7511"]
     cells = {cell.strip() for line in text.splitlines() if line.startswith("|") for cell in line.split("|")}

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 
 from ...base.writing import complete_folder
-from ...paper import case_study, output
+from ...paper import case_study
 from ...run.settings import LEAST_RTOL, MOST_RTOL
 from ..options import DIRECTORY, THREADS, TOLERANCE, Command, Option
 from ..output import print_json, require_writable
@@ -19,7 +19,7 @@ def paper(options: argparse.Namespace) -> int:
     require_writable(out)
     rtol = case_study.RTOL if options.rtol is None else options.rtol
     study = case_study.case_study(rtol=rtol, threads=options.threads, progress=progress_of(options))
-    tables = output.tables_markdown(study)
+    tables = case_study.tables_markdown(study)
     if out is not None:
         with complete_folder(out) as folder:
             (folder / "tables.md").write_text(tables, encoding="utf-8")

@@ -8,6 +8,7 @@ from pathlib import Path
 from ...errors import ArgumentError
 from ...loading import load_result
 from ...report.html import Reported
+from ...run.trajectory import Trajectory
 from ..options import DIRECTORY, Command, Kind, Option, file
 from ..output import print_json, require_writable
 
@@ -19,7 +20,7 @@ def report(options: argparse.Namespace) -> int:
         options.out.mkdir(parents=True, exist_ok=True)
     require_writable(path.parent)
     result = load_result(options.result)
-    if not isinstance(result, Reported):
+    if not isinstance(result, Trajectory | Reported):
         what = f"a {type(result).__name__}, which has no report: see it in Python with load_result(...)"
         raise ArgumentError(f"{options.result} holds {what}")
     written = result.report(path, title=options.title)
