@@ -301,9 +301,8 @@ def plot_sensitivity(
     reference = None if ideal is None else ideal.sensitivity(parameter, normalized=normalized)
     ax = new_axes(ax)
     what = _slope_unit(band, parameter, parameter_unit, normalized=normalized)
-    words = f"{words_of(band.name, band.unit)} to {plain_words(parameter)} [{what}]"
-    others = bool(ax.lines)
-    style = line_style(line, linewidth=0.9, label=words)
+    output = words_of(band.name, band.unit)
+    style = line_style(line, linewidth=0.9, label=f"{output} to {plain_words(parameter)} [{what}]")
     abscissa, own_label = _own_abscissa(band) if x is None else (abscissa_of(x, len(band.t)), "")
     ax.plot(abscissa, slope, **style)
     if reference is not None:
@@ -319,11 +318,28 @@ def plot_sensitivity(
         ends = np.interp((start, end), band.t, abscissa)
         label = "restraint zone: clearance disturbs it least" if number == 0 else None
         ax.axvspan(ends[0], ends[1], color=ZONE, alpha=0.15, linewidth=0.0, zorder=0, label=label)
-    label = "sensitivity [see legend]" if others else f"sensitivity of {words}"
+    label, shown = _slope_labels(ax, output, what)
     set_labels(ax, own_label if x_label is None else x_label, label)
     if len(ax.get_legend_handles_labels()[1]) > 1:
-        legend_above_the_data(ax)
+        legend_above_the_data(ax, shown=shown)
     return ax
+
+
+def _slope_labels(ax: Axes, output: str, unit: str) -> tuple[str, dict[str, str]]:
+    """The label of the ordinate for all sensitivities on the axes, and what the legend then adds for each."""
+    start, end = f"{output} to ", f" [{unit}]"
+    # Those that were drawn have their unit behind their names, unless the user named them.
+    drawn = [text for text in ax.get_legend_handles_labels()[1] if text.endswith("]")]
+    one_output = all(text.startswith(start) for text in drawn)
+    one_unit = all(text.endswith(end) for text in drawn)
+    if len(drawn) == 1 and one_output and one_unit:
+        return f"sensitivity of {drawn[0]}", {drawn[0]: drawn[0].removesuffix(end)}
+    shown = {}
+    for text in drawn:
+        short = f"to {text.removeprefix(start)}" if one_output else text
+        shown[text] = short.removesuffix(end) if one_unit else short
+    what = f"sensitivity of {output}" if one_output else "sensitivity"
+    return f"{what} [{unit if one_unit else 'see legend'}]", shown
 
 
 @plot_of("Band")

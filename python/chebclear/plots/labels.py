@@ -6,7 +6,7 @@ import itertools
 import textwrap
 import unicodedata
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -269,14 +269,15 @@ def in_lines(text: str, length: float, size: float) -> str:
     return typeset(text.replace(_NO_BREAK, " "))
 
 
-def legend_above_the_data(ax: Axes, title: str | None = None) -> None:
+def legend_above_the_data(ax: Axes, title: str | None = None, shown: Mapping[str, str] | None = None) -> None:
     """A legend in the upper part of the axes, whose limits leave it room above all that is drawn.
 
-    Where the user has set the limits it goes to where it covers least.
+    Where the user has set the limits it goes to where it covers least. `shown` has shorter words for labels.
     """
-    handles, texts = ax.get_legend_handles_labels()
-    if not texts:
+    handles, labels = ax.get_legend_handles_labels()
+    if not labels:
         return
+    texts = [(shown or {}).get(label, label) for label in labels]
     before = ax.get_legend()
     if before is not None:
         before.remove()

@@ -193,11 +193,18 @@ def test_two_sensitivities_are_told_apart(bands, ax):
     velocity, penetration = bands[0]["slider.vx"], bands[0]["wrist.penetration"]
     cc.plots.plot_sensitivity(velocity, "crank_length", ax=ax, parameter_unit="m")
     cc.plots.plot_sensitivity(velocity, "crank_length", ax=ax, parameter_unit="m", label="again")
-    assert ax.get_ylabel() == "sensitivity [see legend]"
+    written = "sensitivity of x velocity of slider to crank length [m/s per m]"
+    assert ax.get_ylabel().replace("\n", " ") == written
+    cc.plots.plot_sensitivity(velocity, "crank_length", ax=ax, parameter_unit="m", linestyle=":")
+    assert ax.get_ylabel() == "sensitivity of x velocity of slider [m/s per m]"
+    words = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert words == ["to crank length", "again", "to crank length"]
     cc.plots.plot_sensitivity(penetration, "crank_length", ax=ax, normalized=True)
-    assert [text.get_text().replace("\n", " ") for text in ax.get_legend().get_texts()] == [
+    assert ax.get_ylabel() == "sensitivity [see legend]"
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == [
         "x velocity of slider to crank length [m/s per m]",
         "again",
+        "x velocity of slider to crank length [m/s per m]",
         "penetration in wrist to crank length [m per half interval]",
     ]
 
