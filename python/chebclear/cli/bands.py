@@ -13,7 +13,7 @@ from ..report import html
 from ..study.report.document import study_document
 from ..study.report.extent import extent
 from ..study.report.summary import findings, suggestions
-from .output import Rows, draw, print_json, write_table
+from .output import Rows, draw, print_json, tell, write_table
 from .scenes import hint
 
 if TYPE_CHECKING:
@@ -129,12 +129,8 @@ def hand_over(
                 main = found.report(folder / "report.html").name
             for picture, plot in plots.items():
                 draw(folder, picture, (6.4, 4.8), plot)
-    if options.json:
-        print_json(facts)
-        return
-    print(found)
-    if options.out is not None:
-        print(f"wrote    {options.out / main} and more beside it")
+    wrote = "" if options.out is None else f"\nwrote    {options.out / main} and more beside it"
+    tell(options, facts, f"{found}{wrote}")
 
 
 def share_rows(found: Conformance) -> Rows:

@@ -64,8 +64,8 @@ class Option:
 class Command:
     """A command: what it does, and what it takes."""
 
-    run: Callable[[argparse.Namespace], int]
-    """Runs it; the exit code."""
+    run: Callable[[argparse.Namespace], int | None]
+    """Runs it; the exit code, if it is not 0."""
     description: str
     """What it does, in full."""
     example: str

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import csv
 import json
 import math
@@ -28,6 +29,14 @@ Rows = Sequence[Mapping[str, Any]]
 def print_json(values: Mapping[str, Any]) -> None:
     """One object in one line; numbers that are not finite are null."""
     print(json.dumps({"format": FORMAT, **_finite(values)}, allow_nan=False))
+
+
+def tell(options: argparse.Namespace, facts: Mapping[str, Any], text: object) -> None:
+    """Print facts as JSON where that is asked for, else a text."""
+    if options.json:
+        print_json(facts)
+    else:
+        print(text, flush=True)
 
 
 def _finite(value: Any) -> Any:

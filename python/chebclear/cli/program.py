@@ -84,7 +84,7 @@ def _run(given: Sequence[str]) -> int:
                 # The name of a command comes first, and no other one is imported.
                 options = parser(given[:1]).parse_args(given, argparse.Namespace(started=started))
                 with plain_warnings(options.quiet):
-                    return int(options.run(options))
+                    return int(options.run(options) or 0)
         finally:
             # Not left to the end of the process, which could only complain of a closed pipe.
             sys.stdout.flush()

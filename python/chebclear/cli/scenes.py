@@ -13,7 +13,7 @@ from ..scene.parts import loose_joints
 from ..scene.usual import usual_outputs
 from ..templates.reader import load
 from ..templates.template import Template
-from .output import print_json
+from .output import tell
 
 if TYPE_CHECKING:
     from ..execution.costs import Plan
@@ -113,10 +113,7 @@ def plan_of(study: Study, method: str, given: dict[str, Any], options: argparse.
     if options.plan or plan.seconds > _LONG / 3.0:
         plan = study.plan(method, **given)
     if options.plan:
-        if options.json:
-            print_json({"plan": dataclasses.asdict(plan)})
-        else:
-            print(plan)
+        tell(options, {"plan": dataclasses.asdict(plan)}, plan)
         return plan
     if plan.seconds <= _LONG:
         return None

@@ -7,13 +7,13 @@ from pathlib import Path
 
 from ...plots.animation.animate import animate as animated
 from ..options import COUNT, DIRECTORY, NAME, SCENE, SETTINGS, Command, Kind, Option
-from ..output import print_json, require_writable
+from ..output import require_writable, tell
 from ..scenes import progress_of, settings_of, template_of
 
 _KINDS = (".html", ".gif", ".mp4")
 
 
-def animate(options: argparse.Namespace) -> int:
+def animate(options: argparse.Namespace) -> None:
     """Run the command."""
     template = template_of(options)
     settings = settings_of(template, options)
@@ -26,11 +26,7 @@ def animate(options: argparse.Namespace) -> int:
     moving = animated(run, options.output, joint=options.joint, frames=options.frames)
     path.parent.mkdir(parents=True, exist_ok=True)
     moving.save(path)
-    if options.json:
-        print_json({"file": str(path), "frames": options.frames})
-    else:
-        print(f"wrote    {path}")
-    return 0
+    tell(options, {"file": str(path), "frames": options.frames}, f"wrote    {path}")
 
 
 def _picture(text: str) -> Path:

@@ -21,7 +21,7 @@ from ..output import WIDTH, draw, print_json, require_writable
 from ..scenes import hint, period_of, template_of
 
 
-def check(options: argparse.Namespace) -> int:
+def check(options: argparse.Namespace) -> None:
     """Run the command."""
     template = template_of(options)
     scene = template.scene()
@@ -32,7 +32,7 @@ def check(options: argparse.Namespace) -> int:
             draw(folder, options.scene.stem, (WIDTH, WIDTH), partial(plot_scene, scene))
     if options.json:
         print_json(_facts(template, scene, picture))
-        return 0
+        return
     print(f"{options.scene.name}  {template.title}".rstrip(), end="\n\n")
     print(scene.describe(), end="\n\n")
     remarks = _remarks(template, scene)
@@ -48,7 +48,6 @@ def check(options: argparse.Namespace) -> int:
         turn = period_of(template) or "T"
         words += f" --skip '{turn}' --duration '{turn}'"
     hint(options, words)
-    return 0
 
 
 def _remarks(template: Template, scene: Scene) -> list[Notice]:

@@ -7,23 +7,19 @@ import argparse
 import shtab
 
 from ..options import Command, Option
-from ..output import print_json
+from ..output import tell
 from ..program import parser
 
 # A shell that completes by the scripts of shtab starts no Python (docs/decisions.md).
 _SHELLS = ("bash", "fish", "zsh")
 
 
-def completion(options: argparse.Namespace) -> int:
+def completion(options: argparse.Namespace) -> None:
     """Run the command."""
     made = parser()
     _describe(made)
     text = shtab.complete(made, shell=options.shell).rstrip()
-    if options.json:
-        print_json({"shell": options.shell, "script": text + "\n"})
-    else:
-        print(text)
-    return 0
+    tell(options, {"shell": options.shell, "script": text + "\n"}, text)
 
 
 def _describe(program: argparse.ArgumentParser) -> None:

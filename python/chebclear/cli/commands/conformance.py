@@ -50,7 +50,7 @@ def conformance(options: argparse.Namespace) -> int:
     return EXIT_NOT_MET if poor else 0
 
 
-def contrast(options: argparse.Namespace) -> int:
+def contrast(options: argparse.Namespace) -> None:
     """Run the command."""
     templates = [template_of(options), load(options.second, changes=changes_of(options))]
     require_writable(options.out)
@@ -61,7 +61,7 @@ def contrast(options: argparse.Namespace) -> int:
         studies.append(template.study(**means | {"store": options.store and options.store / place}))
     if options.plan:
         plan_of(studies[0], "sample", {"runs": max(2, options.runs)}, options)
-        return 0
+        return
     found = compare_designs(
         studies[0],
         studies[1],
@@ -97,10 +97,9 @@ def contrast(options: argparse.Namespace) -> int:
     tables = {name: some for name, some in (("features", rows), ("requirements", shares)) if some}
     facts = {"features": rows, "shares": shares, "changes": found.changes, "seed": found.seed}
     hand_over(options, found, "contrast", tables, _plots(found.features), facts)
-    return 0
 
 
-def allocate(options: argparse.Namespace) -> int:
+def allocate(options: argparse.Namespace) -> int | None:
     """Run the command."""
     template = template_of(options)
     for name in ("requirements", "costs"):
@@ -110,7 +109,7 @@ def allocate(options: argparse.Namespace) -> int:
     study = template.study(**study_settings(template, options))
     if options.plan:
         plan_of(study, "sample", {"runs": max(2, options.runs)}, options)
-        return 0
+        return None
     found = cheapest_tolerances(
         study,
         template.costs,
@@ -140,7 +139,7 @@ def allocate(options: argparse.Namespace) -> int:
     }
     facts |= {"tolerances": rows, "shares": share_rows(found.verified)}
     hand_over(options, found, "allocation", {"allocation": rows}, {"allocation": found.plot}, facts)
-    return 0 if found.status in ("met", "always") else EXIT_NOT_MET
+    return None if found.status in ("met", "always") else EXIT_NOT_MET
 
 
 def _plots(found: Mapping[str, Share | Difference]) -> dict[str, Callable[..., object]]:

@@ -11,7 +11,7 @@ from ..options import Command, Kind, Option
 from ..output import print_json
 
 
-def fields(options: argparse.Namespace) -> int:
+def fields(options: argparse.Namespace) -> None:
     """Run the command."""
     tables = field_tables()
     words: list[str] = options.words
@@ -22,11 +22,10 @@ def fields(options: argparse.Namespace) -> int:
             options.usage_error(f'unknown table or type "{word}"{did_you_mean(word, known)}')
     if options.json:
         print_json({"tables": [dataclasses.asdict(table) for table in (found or tables)]})
-        return 0
+        return
     print(plain(found) if found else overview(tables))
     if not found and not options.quiet:
         print("next     chebclear fields WORD ...    such as joints, spring or all")
-    return 0
 
 
 COMMANDS = {

@@ -9,23 +9,18 @@ from pathlib import Path
 
 from ...base.writing import replaced
 from ..options import Command, Kind, Option
-from ..output import print_json
+from ..output import tell
 
 
-def new(options: argparse.Namespace) -> int:
+def new(options: argparse.Namespace) -> None:
     """Run the command."""
     path: Path = options.file
     if path.exists() and not options.force:
         options.usage_error(f"argument FILE: {str(path)!r} exists; replace it with --force")
     with replaced(path) as beside:
         beside.write_text(starter(options.mechanism), encoding="utf-8")
-    if options.json:
-        print_json({"file": str(path)})
-        return 0
-    print(f"wrote    {path}")
-    if not options.quiet:
-        print(f"next     chebclear check {shlex.quote(str(path))}")
-    return 0
+    hint = "" if options.quiet else f"\nnext     chebclear check {shlex.quote(str(path))}"
+    tell(options, {"file": str(path)}, f"wrote    {path}{hint}")
 
 
 _STARTERS = resources.files("chebclear.templates") / "starters"

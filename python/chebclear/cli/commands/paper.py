@@ -9,11 +9,11 @@ from ...base.writing import complete_folder
 from ...paper import case_study
 from ...run.settings import LEAST_RTOL, MOST_RTOL
 from ..options import DIRECTORY, THREADS, TOLERANCE, Command, Option
-from ..output import print_json, require_writable
+from ..output import require_writable, tell
 from ..scenes import progress_of
 
 
-def paper(options: argparse.Namespace) -> int:
+def paper(options: argparse.Namespace) -> None:
     """Run the command."""
     out = options.out if options.out is not None or options.json else Path("paper_results")
     require_writable(out)
@@ -23,13 +23,8 @@ def paper(options: argparse.Namespace) -> int:
     if out is not None:
         with complete_folder(out) as folder:
             (folder / "tables.md").write_text(tables, encoding="utf-8")
-    if options.json:
-        print_json(study.to_dict())
-        return 0
-    print(f"{tables}\n{study.runs} simulations in {study.seconds:.2f} s (rtol {study.rtol:g}).")
-    if out is not None:
-        print(f"Wrote {out}.")
-    return 0
+    text = f"{tables}\n{study.runs} simulations in {study.seconds:.2f} s (rtol {study.rtol:g})."
+    tell(options, study.to_dict(), text if out is None else f"{text}\nWrote {out}.")
 
 
 COMMANDS = {

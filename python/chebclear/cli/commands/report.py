@@ -10,10 +10,10 @@ from ...loading import load_result
 from ...report.html import Reported
 from ...run.trajectory import Trajectory
 from ..options import DIRECTORY, Command, Kind, Option, file
-from ..output import print_json, require_writable
+from ..output import require_writable, tell
 
 
-def report(options: argparse.Namespace) -> int:
+def report(options: argparse.Namespace) -> None:
     """Run the command."""
     path = options.to or (options.out or options.result.parent) / f"{options.result.stem}.html"
     if options.out and not options.to:
@@ -24,11 +24,7 @@ def report(options: argparse.Namespace) -> int:
         what = f"a {type(result).__name__}, which has no report: see it in Python with load_result(...)"
         raise ArgumentError(f"{options.result} holds {what}")
     written = result.report(path, title=options.title)
-    if options.json:
-        print_json({"file": str(written)})
-    else:
-        print(f"wrote    {written}")
-    return 0
+    tell(options, {"file": str(written)}, f"wrote    {written}")
 
 
 COMMANDS = {

@@ -21,7 +21,7 @@ from ..output import WIDTH, Rows, draw, print_json, require_writable, table_text
 from ..scenes import ORBIT, hint, outputs_of, progress_of, settings_of, template_of
 
 
-def run(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> None:
     """Run the command."""
     template = template_of(options)
     settings = outputs_of(template, settings_of(template, options), options, orbits=True)
@@ -46,14 +46,13 @@ def run(options: argparse.Namespace) -> int:
                 "notices": [dataclasses.asdict(one) for one in result.notices],
             }
         )
-        return 0
+        return
     print(f"{result.message}; {result.stats.steps} steps", end="\n\n")
     print(table_text(extremes))
     print(f"\n{table_text(contacts)}\n" if contacts else "")
     if options.out is not None:
         print(f"wrote    {options.out / 'report.html'} and more beside it")
     hint(options, "chebclear study FILE --out results" if template.intervals else "chebclear tradeoff FILE")
-    return 0
 
 
 def _extremes(result: Trajectory) -> Rows:

@@ -26,7 +26,7 @@ def scan(options: argparse.Namespace) -> int:
     return carry_out(made, "scan", {"points": options.points}, options, title)
 
 
-def sweep(options: argparse.Namespace) -> int:
+def sweep(options: argparse.Namespace) -> None:
     """Run the command."""
     template = template_of(options)
     if not template.features:
@@ -60,7 +60,6 @@ def sweep(options: argparse.Namespace) -> int:
     }
     pictures = {name: partial(found.plot, name) for name in found}
     hand_over(options, found, "sweep", {"sweep": rows}, pictures, facts)
-    return 0
 
 
 def _value(template: Template, options: argparse.Namespace, text: str) -> float:

@@ -16,13 +16,13 @@ from ...tradeoffs import report as tradeoff_output
 from ...tradeoffs.of_scene import RTOLS, tradeoff
 from ...tradeoffs.recommendation import COSTS, MOST_ACCURACY
 from ..options import OUTPUTS, SCENE, SECONDS, TIMES, WORDS, Command, Kind, Option, out, positive, tolerances
-from ..output import print_json, require_writable
+from ..output import require_writable, tell
 from ..scenes import changes_of, outputs_of, progress_of, settings_of, template_of
 
 _CONVENTIONS = ("as_printed", "corrected")
 
 
-def measured(options: argparse.Namespace) -> int:
+def measured(options: argparse.Namespace) -> None:
     """Run the command."""
     scene, settings = _subject(options)
     # What would be refused after the runs is refused before them.
@@ -39,14 +39,9 @@ def measured(options: argparse.Namespace) -> int:
     recommendation = result.recommendation(options.accuracy, until=options.until, cost=options.cost)
     if options.out is not None:
         tradeoff_output.write(result, recommendation, options.out)
-    if options.json:
-        print_json(tradeoff_output.plain(result, recommendation))
-        return 0
-    print(result)
-    print(f"Recommended: {recommendation}")
-    if options.out is not None:
-        print(f"Wrote {options.out}.")
-    return 0
+    text = f"{result}\nRecommended: {recommendation}"
+    text += "" if options.out is None else f"\nWrote {options.out}."
+    tell(options, tradeoff_output.plain(result, recommendation), text)
 
 
 def _subject(options: argparse.Namespace) -> tuple[Scene, dict[str, Any]]:

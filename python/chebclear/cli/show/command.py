@@ -8,24 +8,21 @@ import webbrowser
 
 from ...templates.reader import load
 from ..options import SCENE, Command, Option
-from ..output import print_json
+from ..output import tell
 from ..scenes import changes_of
 from .server import PageServer, Shown
 
 
-def show(options: argparse.Namespace) -> int:
+def show(options: argparse.Namespace) -> None:
     """Run the command."""
     shown = Shown(options.scene, lambda: load(options.scene, changes=changes_of(options)))
     with PageServer(shown) as server:
-        if options.json:
-            print_json({"address": server.address})
-        else:
-            print(f"page     {server.address}\nends     when the page is closed, or by Ctrl-C", flush=True)
+        text = f"page     {server.address}\nends     when the page is closed, or by Ctrl-C"
+        tell(options, {"address": server.address}, text)
         if not options.no_browser:
             # One in the terminal would wait here until it is closed.
             threading.Thread(target=webbrowser.open, args=[server.address], daemon=True).start()
         server.serve()
-    return 0
 
 
 COMMANDS = {
