@@ -31,13 +31,9 @@ class Option:
     help: str
     """What it does; its default is added."""
     default: Any = None
-    """What holds without it."""
     dest: str | None = None
-    """The name of its value, if not its own."""
     nargs: str | None = None
-    """How many values, if not one, as argparse has it."""
     metavar: str | None = None
-    """What usage calls one of some words, if not by all of them."""
     repeated: bool = False
     """Whether it may be given again."""
 
@@ -67,7 +63,6 @@ class Command:
     run: Callable[[argparse.Namespace], int | None]
     """Runs it; the exit code, if it is not 0."""
     description: str
-    """What it does, in full."""
     example: str
     """A command line."""
     options: Sequence[Option]

@@ -70,7 +70,6 @@ class ConventionStudy:
     """All results with one convention."""
 
     convention: str
-    """``"as_printed"`` or ``"corrected"``."""
     lengths: dict[str, StudyResult]
     """Chebyshev studies with both lengths uncertain, by clearance in millimeters, ``"0.01"``, ``"0.02"``."""
     length_scans: dict[str, StudyResult]
@@ -139,7 +138,6 @@ class CaseStudy:
     seconds: float = field(metadata=unit("s"))
     """Wall time of the computations, without tables and figures [s]."""
     rtol: float
-    """Relative tolerance of the integrator [-]."""
 
     @property
     def runs(self) -> int:

@@ -20,10 +20,9 @@ Judgment = Literal["good", "fair", "bad"]
 
 @dataclass(frozen=True)
 class Text:
-    """A paragraph."""
+    """A paragraph: sentences, no markup."""
 
     text: str
-    """The sentences; no markup."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +30,6 @@ class Items:
     """A list of sentences."""
 
     items: Sequence[str]
-    """The sentences; no markup."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +37,6 @@ class Verdict:
     """A verdict; its symbol and color have the same meaning."""
 
     word: str
-    """The word, as ``"calibrated"``."""
     judgment: Judgment
     """Whether results with it can be relied on."""
 
@@ -60,11 +57,9 @@ class Table:
     """Rows of equally many cells; the first cell of a row is its heading."""
 
     caption: str
-    """What the table shows, in words."""
     head: Sequence[str]
     """Heading of each column, with units."""
     rows: Sequence[Sequence[Cell]]
-    """The cells."""
 
     def __post_init__(self) -> None:
         wrong = [index for index, row in enumerate(self.rows) if len(row) != len(self.head)]
@@ -89,7 +84,6 @@ class Picture:
     height: float = field(default=2.6, metadata=unit("in"))
     """Height over 4.5 inches of width [in]."""
     caption: str = ""
-    """A sentence below it."""
     name: str = ""
     """Of its own file, where pictures are written beside the report; empty if it has none."""
 
@@ -109,9 +103,7 @@ class Listing:
     """A text to copy or to save: a script, a scene."""
 
     name: str
-    """Name of the file."""
     text: str
-    """Its text."""
     shown: str
     """What it is, in words."""
 
@@ -124,9 +116,7 @@ class Section:
     """A heading and what is below it."""
 
     title: str
-    """The heading."""
     blocks: Sequence[Block]
-    """What is below it."""
 
 
 @dataclass(frozen=True)

@@ -29,13 +29,11 @@ class Shape:
     """A line, an area or a disc of a panel."""
 
     kind: Literal["line", "area", "disc"]
-    """What it is."""
     points: Array
     """Corners, or the center of a disc, in the unit of the panel, shape (points, 2)."""
     moves: int
     """Which transform of the panel it moves with."""
     color: str
-    """Color of the line or edge, ``"#rrggbb"``."""
     width: float = field(metadata=unit("points"))
     """Width of the line or edge [points]."""
     face: str = "none"
@@ -45,7 +43,6 @@ class Shape:
     radius: float = 0.0
     """Radius of a disc, in the unit of the panel."""
     dashed: bool = False
-    """Whether the line is dashed."""
     name: str = ""
     """What it is called where one points at it."""
 
@@ -73,9 +70,7 @@ class Chart:
     """An output over the abscissa of its film, with its bounds if it has any."""
 
     name: str
-    """Name of the output."""
     unit: str
-    """Unit of the values."""
     x: Array
     """Abscissa of the samples, shape (samples,)."""
     nominal: Array
@@ -93,7 +88,6 @@ class Film:
     """Drawings and charts that go through the same frames."""
 
     title: str
-    """What it shows."""
     label: str
     """The abscissa, with its unit."""
     at: Array
@@ -101,9 +95,7 @@ class Film:
     places: Sequence[str]
     """The instant or angle of each frame, in words."""
     panels: Sequence[Panel]
-    """The drawings."""
     charts: Sequence[Chart] = ()
-    """The outputs."""
     shown: int = 1
     """How many of the outputs are shown at first [-]; the others are chosen."""
     rate: int = field(default=25, metadata=unit("1/s"))

@@ -34,7 +34,6 @@ class MovingMechanism:
     """A mechanism in several poses, its frames."""
 
     scene: Scene
-    """The mechanism."""
     strokes: tuple[Stroke, ...]
     """Its drawing in the first pose, from back to front."""
     exaggerate: float

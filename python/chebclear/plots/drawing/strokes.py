@@ -42,11 +42,9 @@ class Stroke:
     points: Array = field(metadata=unit("m"))
     """Corners, or the center of a disc [m], shape (points, 2)."""
     owner: Owner
-    """What it moves with."""
     layer: float
     """Higher ones lie above lower ones [-]."""
     color: str
-    """Color of the line or edge."""
     width: float = field(default=1.0, metadata=unit("points"))
     """Width of the line or edge [points]."""
     face: str = "none"

@@ -28,13 +28,11 @@ class FieldRow:
     """One field."""
 
     name: str
-    """Its key in the file."""
     value: str
     """What it may be, with its unit."""
     default: str
     """What holds if it is left out; ``"required"`` if it may not be."""
     meaning: str
-    """What it is."""
 
 
 @dataclass(frozen=True)
@@ -46,9 +44,7 @@ class FieldTable:
     kind: str
     """The word that selects it, such as ``"revolute"``; empty where there is only one kind."""
     summary: str
-    """What it is."""
     rows: tuple[FieldRow, ...]
-    """Its fields."""
 
     @property
     def title(self) -> str:
