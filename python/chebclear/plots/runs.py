@@ -26,7 +26,6 @@ from .axes import (
     line_style,
     new_axes,
     plot_of,
-    require,
     require_name,
     unit_scale,
 )
@@ -123,7 +122,6 @@ def plot_orbit(
     *,
     ax: Axes | None = None,
     unit: str = "µm",
-    color_bar: bool = True,
     **line: Any,
 ) -> Axes:
     """Draw the path of the journal center inside the clearance circle of a joint.
@@ -140,8 +138,6 @@ def plot_orbit(
         Name of the clearance joint.
     unit : str
         Unit of length to show.
-    color_bar : bool
-        Add a color bar with the force to the figure.
     **line
         Passed to ``matplotlib.collections.LineCollection`` for the path. With a ``color`` the path has that
         color throughout, and no color bar.
@@ -161,8 +157,6 @@ def plot_orbit(
     from matplotlib.cbook import normalize_kwargs
     from matplotlib.collections import LineCollection
 
-    if not isinstance(color_bar, bool):
-        raise ArgumentTypeError(f"color_bar must be True or False, got {color_bar!r}")
     clearance = _clearance_joint(run, joint).clearance
     scale, shown = unit_scale("m", unit)
     path = np.column_stack([scale * run[f"{joint}.eccentricity_{axis}"] for axis in "xy"])
@@ -194,7 +188,7 @@ def plot_orbit(
             list(pieces[pressed]), array=between[pressed], **({"cmap": "viridis_r"} | defaults | style)
         )
         ax.add_collection(shades)
-        if color_bar and pressed.any():
+        if pressed.any():
             label = with_unit(column_words(f"{joint}.normal_force"), "N")
             add_color_bar(ax, shades, label)
     ax.set_aspect("equal", adjustable="datalim")
@@ -293,16 +287,8 @@ def section_samples(run: Trajectory, period: float | None, shift: float = 0.0) -
     return nearest
 
 
-@plot_of()
-def plot_contacts(
-    runs: Trajectory | Sequence[Trajectory],
-    *,
-    ax: Axes | None = None,
-    joints: str | Sequence[str] | None = None,
-    labels: str | Sequence[str] | None = None,
-    color_bar: bool = True,
-    **bars: Any,
-) -> Axes:
+@plot_of("Trajectory")
+def plot_contacts(run: Trajectory, *, ax: Axes | None = None, **bars: Any) -> Axes:
     """Draw when journals touch their bearings: a row for each joint, a bar for each contact.
 
     Bars have the color of the largest normal force of the contact, on a logarithmic scale if that spans more
@@ -310,21 +296,10 @@ def plot_contacts(
 
     Parameters
     ----------
-    runs : Trajectory or sequence of Trajectory
-        What :func:`simulate` returned; several runs to compare them, one below the other.
-    joints : str or sequence of str, optional
-        Clearance joints to show; all of the scene if not given.
-    labels : str or sequence of str, optional
-        Names of the runs, for the rows; their numbers if not given.
-    color_bar : bool
-        Add a color bar with the force to the figure.
+    run : Trajectory
+        What :func:`simulate` returned.
     **bars
         Passed to ``matplotlib.collections.PolyCollection``.
-
-    Raises
-    ------
-    ValueError, TypeError
-        If a joint is no clearance joint of the scene, or the labels are not one for each run.
 
     Examples
     --------
@@ -336,34 +311,16 @@ def plot_contacts(
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import LogNorm, Normalize
 
-    if not isinstance(color_bar, bool):
-        raise ArgumentTypeError(f"color_bar must be True or False, got {color_bar!r}")
-    several: list[Trajectory] = list(runs) if isinstance(runs, Sequence) else [runs]
-    if not several:
-        raise ArgumentError("runs must be at least one run, got none")
-    for run in several:
-        require("runs", run, "Trajectory")
-    labels = _names("labels", labels)
-    joints = _names("joints", joints)
-    if labels is not None and len(labels) != len(several):
-        raise ArgumentError(f"labels must be one for each of {len(several)} runs, got {len(labels)}")
-    rows: list[str] = []
-    boxes, forces, onsets = [], [], []
-    for number, run in enumerate(several):
-        known = [joint.name for joint in loose_joints(run.scene.joints)]
-        for joint in known if joints is None else joints:
-            _clearance_joint(run, joint)
-            name = labels[number] if labels is not None else f"run {number + 1}"
-            shown = plain_words(joint)
-            rows.append(shown if len(several) == 1 else name if len(known) == 1 else f"{name}, {shown}")
-            row, found = len(rows) - 1, run.contacts
-            for index in np.flatnonzero(found.joint == joint):
-                start, end = max(found.onset[index], run.t[0]), found.separation[index]
-                end = min(end if np.isfinite(end) else run.end_time, run.t[-1])
-                boxes.append([(start, row - 0.35), (end, row - 0.35), (end, row + 0.35), (start, row + 0.35)])
-                forces.append(found.peak_force[index])
-                if np.isfinite(found.impact_velocity[index]):
-                    onsets.append((start, row))
+    rows = [joint.name for joint in loose_joints(run.scene.joints)]
+    boxes, forces, onsets, found = [], [], [], run.contacts
+    for row, joint in enumerate(rows):
+        for index in np.flatnonzero(found.joint == joint):
+            start, end = max(found.onset[index], run.t[0]), found.separation[index]
+            end = min(end if np.isfinite(end) else run.end_time, run.t[-1])
+            boxes.append([(start, row - 0.35), (end, row - 0.35), (end, row + 0.35), (start, row + 0.35)])
+            forces.append(found.peak_force[index])
+            if np.isfinite(found.impact_velocity[index]):
+                onsets.append((start, row))
     ax = new_axes(ax)
     peaks = np.maximum(np.array(forces), np.finfo(float).tiny)
     wide = len(peaks) > 0 and peaks.max() > 20.0 * peaks.min()
@@ -375,26 +332,15 @@ def plot_contacts(
         ax.plot(
             times, places, linestyle="none", marker="|", markersize=9.0, color="0.15", markeredgewidth=0.4
         )
-    set_row_names(ax, rows)
-    ax.set_xlim(several[0].t[0], several[0].t[-1])
-    if color_bar and boxes:
+    set_row_names(ax, [plain_words(name) for name in rows])
+    ax.set_xlim(run.t[0], run.t[-1])
+    if boxes:
         add_color_bar(ax, shades, "largest normal force of the contact [N]")
     set_x_label(ax, "time [s]")
     return ax
 
 
-def _names(argument: str, given: object) -> list[str] | None:
-    """One name or several as a list; None stays."""
-    if given is None:
-        return None
-    if isinstance(given, str):
-        return [given]
-    if not isinstance(given, Sequence) or not all(isinstance(name, str) for name in given):
-        raise ArgumentTypeError(f"{argument} must be a list of names, got {given!r}")
-    return list(given)
-
-
-def _clearance_joint(run: Trajectory | Trajectory, name: str) -> ClearanceRevolute:
+def _clearance_joint(run: Trajectory, name: str) -> ClearanceRevolute:
     """The clearance joint of a run's scene."""
     known = {joint.name: joint for joint in loose_joints(run.scene.joints)}
     if not isinstance(name, str):

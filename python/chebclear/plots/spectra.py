@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arguments import Checks
-from ..errors import ArgumentError, ArgumentTypeError
+from ..errors import ArgumentError
 from ..scene.columns import column_unit, column_words, plain_words
-from .axes import abscissa_of, is_a, line_style, new_axes, plot_of, require_name, unit_scale
+from .axes import abscissa_of, line_style, new_axes, plot_of, require_name, unit_scale
 from .labels import add_color_bar, set_labels, with_unit
 
 if TYPE_CHECKING:
@@ -63,17 +63,15 @@ def short_time_spectrum(
     return centers, frequencies, 2.0 * magnitude
 
 
-@plot_of()
+@plot_of("Trajectory")
 def plot_spectrogram(
-    run: Trajectory | Array,
-    column: str | Array,
+    run: Trajectory,
+    column: str,
     *,
     ax: Axes | None = None,
     window: float | None = None,
     overlap: float = 0.75,
-    unit: str | None = None,
     decibels: float = 60.0,
-    color_bar: bool = True,
     x: Array | None = None,
     x_label: str = "time [s]",
     **mesh: Any,
@@ -82,20 +80,16 @@ def plot_spectrogram(
 
     Parameters
     ----------
-    run : Trajectory or ndarray, shape (samples,)
-        What :func:`simulate` returned; or equally spaced instants [s].
-    column : str or ndarray, shape (samples,)
-        Column name; or the signal at those instants.
+    run : Trajectory
+        What :func:`simulate` returned.
+    column : str
+        Column name.
     window : float, optional
         Length of the pieces that are transformed [s]; a 24th of the signal if not given.
     overlap : float
         Share of a piece that it has in common with the next one [-], at least 0 and below 1.
-    unit : str, optional
-        Unit of the signal, for the label of the color bar; that of the column if not given.
     decibels : float
         Range of the colors [dB]; smaller amplitudes have the darkest color.
-    color_bar : bool
-        Add a color bar to the figure.
     x : ndarray, shape (samples,), optional
         Abscissa that grows evenly with time, such as the crank angle; goes with `x_label`.
     x_label : str
@@ -107,7 +101,7 @@ def plot_spectrogram(
     Raises
     ------
     KeyError, TypeError, ValueError
-        If the column is unknown, the data are neither a column nor two arrays, or the window does not fit.
+        If the column is unknown, or the window does not fit.
 
     Examples
     --------
@@ -119,9 +113,8 @@ def plot_spectrogram(
     checks = Checks()
     span = checks.real("decibels", decibels, "dB", above=0.0)
     checks.finish()
-    t, signal = _signal(run, column)
-    if unit is None:
-        unit = column_unit(column) if isinstance(column, str) else ""
+    require_name("column", column, run)
+    t, signal = run.t, run[column]
     window = float(t[-1] - t[0]) / 24.0 if window is None else window
     centers, frequencies, amplitude = short_time_spectrum(t, signal, window=window, overlap=overlap)
     abscissa = centers if x is None else np.interp(centers, t, abscissa_of(x, len(t)))
@@ -135,26 +128,10 @@ def plot_spectrogram(
         "rasterized": True,
     } | mesh
     image = ax.pcolormesh(abscissa, frequencies / 1e3, level, vmax=top, **style)
-    if color_bar:
-        what = f"amplitude of {column_words(column)}" if isinstance(column, str) else "amplitude"
-        add_color_bar(ax, image, f"{what} [dB re 1 {unit or 'unit'}]", extend="min")
+    what = f"amplitude of {column_words(column)} [dB re 1 {column_unit(column) or 'unit'}]"
+    add_color_bar(ax, image, what, extend="min")
     set_labels(ax, x_label, "frequency [kHz]")
     return ax
-
-
-def _signal(run: Any, column: Any) -> tuple[Array, Array]:
-    """Instants and values of what `plot_spectrogram` was given."""
-    if isinstance(column, str) and is_a(run, "Trajectory"):
-        require_name("column", column, run)
-        return run.t, run[column]
-    t, signal = np.asarray(run), np.asarray(column)
-    numbers = t.dtype.kind in "iuf" and signal.dtype.kind in "iuf"
-    if not (numbers and t.ndim == 1 and len(t) >= 2 and t.shape == signal.shape):
-        raise ArgumentTypeError(
-            "plot_spectrogram takes a run and the name of one of its columns, or two arrays of equal length, "
-            f"the instants and the signal; got {type(run).__name__} and {type(column).__name__}"
-        )
-    return t, signal
 
 
 @plot_of("Spectrum")

@@ -110,20 +110,19 @@ def test_a_band_says_its_verdict(results):
 
 
 def test_contacts_are_bars_from_onset_to_separation(run):
-    ax = cc.plots.plot_contacts(run, joints=["wrist"], color_bar=False, ax=Figure().subplots())
-    own = run.contacts.joint == "wrist"
+    ax = cc.plots.plot_contacts(run, ax=Figure().subplots())
+    assert [text.get_text() for text in ax.get_yticklabels()] == ["crank pin", "wrist"]
+    found = [np.flatnonzero(run.contacts.joint == name) for name in ("crank_pin", "wrist")]
+    own = np.concatenate(found)
     bars = ax.collections[0]
     starts = [path.vertices[:, 0].min() for path in bars.get_paths()]
     ends = [path.vertices[:, 0].max() for path in bars.get_paths()]
+    rows = [path.vertices[:, 1].mean().round() for path in bars.get_paths()]
+    assert rows == [row for row, one in enumerate(found) for _ in one]
     np.testing.assert_allclose(starts, run.contacts.onset[own])
     last = np.where(np.isnan(run.contacts.separation[own]), run.t[-1], run.contacts.separation[own])
     np.testing.assert_allclose(ends, last)
     np.testing.assert_allclose(bars.get_array(), run.contacts.peak_force[own])
-    both = cc.plots.plot_contacts([run, run], labels=["first", "second"], ax=Figure().subplots())
-    rows = [text.get_text() for text in both.get_yticklabels()]
-    assert rows == ["first, crank pin", "first, wrist", "second, crank pin", "second, wrist"]
-    with pytest.raises(cc.errors.ArgumentError):
-        cc.plots.plot_contacts(run, joints=["wirst"])
 
 
 class TestPoincare:
@@ -252,9 +251,6 @@ LONG_PICTURES = {
     ),
     "orbit": lambda run, band, polynomial, ax: cc.plots.plot_orbit(run, LONG["rocker_pin"], ax=ax),
     "contacts": lambda run, band, polynomial, ax: cc.plots.plot_contacts(run, ax=ax),
-    "several runs": lambda run, band, polynomial, ax: cc.plots.plot_contacts(
-        [run, run], labels=["new", "after ten thousand hours of work"], ax=ax
-    ),
     "sensitivities": lambda run, band, polynomial, ax: both_slopes(next(iter(polynomial.values())), ax),
     "band": lambda run, band, polynomial, ax: next(iter(band.values())).plot(ax=ax, runs=3),
     "spectrogram": lambda run, band, polynomial, ax: cc.plots.plot_spectrogram(

@@ -56,7 +56,7 @@ def draw(request, run, bands):
         "sensitivity": lambda **more: cc.plots.plot_sensitivity(
             band, "crank_length", parameter_unit="m", **more
         ),
-        "spectrogram": lambda **more: cc.plots.plot_spectrogram(run.t, run["slider.vx"], unit="m/s", **more),
+        "spectrogram": lambda **more: cc.plots.plot_spectrogram(run, "slider.vx", **more),
     }[request.param]
 
 
@@ -76,10 +76,10 @@ def test_new_axes_labels_and_untouched_settings(draw):
 
 def test_pyplot_is_not_imported():
     code = (
-        "import sys, numpy as np, chebclear as cc\n"
+        "import sys, chebclear as cc\n"
         "assert 'matplotlib' not in sys.modules, 'importing the package must not import matplotlib'\n"
-        "t = np.linspace(0.0, 1.0, 200)\n"
-        "cc.plots.plot_spectrogram(t, np.sin(300.0 * t))\n"
+        "run = cc.simulate(cc.mechanisms.slider_crank(), duration=0.01, samples=201)\n"
+        "cc.plots.plot_spectrogram(run, 'slider.x')\n"
         "assert 'matplotlib.pyplot' not in sys.modules\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=600)
@@ -106,17 +106,8 @@ def test_a_spectrogram_takes_a_run_and_a_column(run, ax):
     cc.plots.plot_spectrogram(run, "slider.vx", ax=ax)
     label = ax.figure.axes[1].get_ylabel().replace("\n", " ")
     assert label == "amplitude of x velocity of slider [dB re 1 m/s]"
-    other = Figure().subplots()
-    cc.plots.plot_spectrogram(run.t, run["slider.vx"], ax=other)
-    np.testing.assert_array_equal(ax.collections[0].get_array(), other.collections[0].get_array())
-    for pair in (
-        ("slider.vx", run),
-        (run, run["slider.vx"]),
-        (run.t, "slider.vx"),
-        (run.t, run.t[1:]),
-        (1, 2),
-    ):
-        with pytest.raises(cc.errors.ArgumentTypeError):
+    for pair in (("slider.vx", run), (run, run["slider.vx"]), (run.t, "slider.vx"), (1, 2)):
+        with pytest.raises(TypeError):
             cc.plots.plot_spectrogram(*pair)
 
 
@@ -228,10 +219,11 @@ class TestShortTimeSpectrum:
         np.testing.assert_allclose(peaks, start + slope * centers, atol=frequencies[2])
 
     def test_drawn_peak(self, ax):
-        t = np.linspace(0.0, 0.06, 7201)
-        cc.plots.plot_spectrogram(
-            t, np.sin(2.0 * np.pi * 5000.0 * t), ax=ax, x=12000.0 * t, x_label="crank angle [deg]"
-        )
+        cart = cc.Body("cart", 1.0, 1.0)
+        shaken = cc.motions.Motion("drive", "rail", cc.motions.Harmonic(1e-6, 5000.0 * 2.0 * np.pi))
+        scene = cc.Scene([cart], [cc.Prismatic("rail", "ground", "cart", axis=(1.0, 0.0))], drives=[shaken])
+        run = cc.simulate(scene, duration=0.06, samples=7201)
+        cc.plots.plot_spectrogram(run, "cart.x", ax=ax, x=12000.0 * run.t, x_label="crank angle [deg]")
         level = np.asarray(ax.collections[0].get_array())
         row = level.reshape(level.shape[0], -1).max(axis=1).argmax()
         assert np.linspace(0.0, 60.0, level.shape[0])[row] == pytest.approx(5.0, abs=0.2)
