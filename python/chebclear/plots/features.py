@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.arguments import Checks
 from ..base.prefixes import prefix_of
 from ..scene.columns import plain_words
 from .axes import COLORS, new_axes, plot_of, unit_scale
@@ -34,12 +33,14 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+# Parameters that a tornado draws; the others are counted in a note.
+_MOST_ROWS = 10
 LOW, HIGH, TOGETHER, SCATTER = COLORS[0], COLORS[1], "0.6", "0.8"
 
 
 @plot_of("FeatureResult")
 def plot_tornado(
-    feature: FeatureResult, *, ax: Axes | None = None, unit: str | None = None, most: int = 10, **bars: Any
+    feature: FeatureResult, *, ax: Axes | None = None, unit: str | None = None, **bars: Any
 ) -> Axes:
     """Draw the effect of each parameter on the mean of a feature, the largest on top.
 
@@ -51,8 +52,6 @@ def plot_tornado(
     ----------
     feature : FeatureResult
         A feature of a study, ``result.features["peak force"]``.
-    most : int
-        Largest number of parameters that are drawn [-]; the others are counted in a note.
 
     Raises
     ------
@@ -66,13 +65,10 @@ def plot_tornado(
     >>> study = cc.Study(lambda radius, load: {"torque": radius * load}, box, units={"torque": "N m"})
     >>> ax = cc.plots.plot_tornado(study.sample(20).features["torque"])
     """
-    checks = Checks()
-    most = checks.whole("most", most, least=1)
-    checks.finish()
     effects = feature.effects
     scale, shown_unit = unit_scale(feature.unit, unit)
     names = sorted(effects.swings, key=lambda name: -_reach(effects, name))
-    shown = names[:most]
+    shown = names[:_MOST_ROWS]
     ax = new_axes(ax)
     mean = scale * effects.mean
     sides: dict[str, list[tuple[float, float, float]]] = {"left": [], "right": []}

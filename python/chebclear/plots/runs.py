@@ -202,7 +202,7 @@ def plot_orbit(
 def plot_poincare(
     run: Trajectory,
     x: str,
-    y: str | None = None,
+    y: str,
     *,
     ax: Axes | None = None,
     period: float | None = None,
@@ -221,7 +221,7 @@ def plot_poincare(
     run : Trajectory
         What :func:`simulate` returned, with a whole number of samples a period.
     x, y : str
-        Columns on the abscissa and ordinate; both must be given.
+        Columns on the abscissa and ordinate.
     period : float, optional
         Time from point to point [s]; ``run.scene.period``, a revolution of the slowest drive, if not given.
     shift : float
@@ -232,7 +232,7 @@ def plot_poincare(
     Raises
     ------
     ValueError, KeyError, TypeError
-        If a column is missing or unknown, or no samples lie where the section is taken; the message says
+        If a column is unknown, or no samples lie where the section is taken; the message says
         which to ask for.
 
     Examples
@@ -242,11 +242,6 @@ def plot_poincare(
     >>> run = cc.simulate(scene, duration=4 * scene.period, samples=401)
     >>> ax = cc.plots.plot_poincare(run, "slider.x", "slider.vx")
     """
-    if y is None:
-        own = [f"{x}.eccentricity_{axis}" for axis in "xy"]
-        pair = own if own[0] in run.columns else run.columns[:2]
-        such = " and ".join(f'"{name}"' for name in pair)
-        raise ArgumentError(f"a section is of two columns, x and y, such as {such}; got {x!r} alone")
     for axis, column in (("x", x), ("y", y)):
         require_name(axis, column, run)
     section = section_samples(run, period, shift)

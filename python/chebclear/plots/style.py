@@ -21,7 +21,6 @@ _FORMATS = ("pdf", "svg", "eps", "png")
 def print_style(
     columns: Literal[1, 2] = 1,
     *,
-    size: tuple[float, float] | None = None,
     format: Literal["pdf", "svg", "eps", "png"] = "pdf",
     font_size: float = 8.0,
     latex: bool = False,
@@ -35,8 +34,6 @@ def print_style(
     ----------
     columns : {1, 2}
         Width of the figures: 3.5 or 7.2 inch (89 or 183 mm).
-    size : tuple of float, optional
-        Width and height instead [inch].
     format : {"pdf", "svg", "eps", "png"}
         What ``figure.savefig("name")`` writes; a PNG has 600 dots an inch. Text stays text in PDF and EPS.
     font_size : float
@@ -67,21 +64,14 @@ def print_style(
         checks.add("columns", f"must be 1 or 2, got {columns!r}")
     checks.word("format", format, _FORMATS)
     points = checks.real("font_size", font_size, "pt", above=0.0)
-    if size is None:
-        width = _WIDTHS.get(columns, 1.0)
-        sides = (width, min(_PROPORTION * width, _TALLEST))
-    else:
-        sides = (
-            checks.real("size[0]", size[0], "inch", above=0.0),
-            checks.real("size[1]", size[1], "inch", above=0.0),
-        )
     checks.finish()
     if latex and shutil.which("latex") is None:
         raise MissingProgramError(
             "latex=True needs LaTeX, and there is no latex on the path: install it, or leave it out"
         )
+    width = _WIDTHS[columns]
     style: dict[Any, Any] = {
-        "figure.figsize": sides,
+        "figure.figsize": (width, min(_PROPORTION * width, _TALLEST)),
         "figure.dpi": 200.0,
         "font.size": points,
         "axes.linewidth": 0.6,

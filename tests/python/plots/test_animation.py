@@ -244,8 +244,8 @@ def test_what_is_wrong_is_said(run, tmp_path):
         cc.animate(run, frames=3).save(tmp_path / "press.avi")
     with pytest.raises(cc.errors.ArgumentTypeError):
         cc.animate(run.scene)
-    with refuses("start", "frames", "exaggerate", "joint"):
-        cc.animate(run, joint="wirst", frames=1, start=-1.0, exaggerate=0.5)
+    with refuses("frames", "exaggerate", "joint"):
+        cc.animate(run, joint="wirst", frames=1, exaggerate=0.5)
     with refuses("run"):
         cc.animate(run, "spring.force")
     short = cc.simulate(press(), duration=0.01, samples=11, outputs=["wrist.*", "ram.*"])

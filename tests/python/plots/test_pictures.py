@@ -312,14 +312,9 @@ class TestPrint:
         assert ax.xaxis.label.get_fontsize() == 7.0
         assert (tmp_path / "scene.svg").read_text(encoding="utf-8").startswith("<?xml")
         assert dict(mpl.rcParams) == before
-        with cc.plots.print_style(size=(2.0, 3.0)):
-            assert cc.plots.plot_scene(scene).figure.get_size_inches().tolist() == [2.0, 3.0]
 
     def test_what_is_wrong_is_said(self, monkeypatch):
-        with (
-            refuses("columns", "format", "size[1]"),
-            cc.plots.print_style(columns=3, format="bmp", size=(1.0, 0.0)),
-        ):
+        with refuses("columns", "format"), cc.plots.print_style(columns=3, format="bmp"):
             pass
         monkeypatch.setattr("shutil.which", lambda name: None)
         with pytest.raises(RuntimeError):

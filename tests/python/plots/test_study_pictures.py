@@ -77,8 +77,9 @@ class TestTornado:
             assert not legend.overlaps(bar.get_window_extent())
         assert min(text.get_window_extent().x0 for text in ax.get_yticklabels()) >= 0.0
 
-    def test_small_ones_are_counted(self, feature, ax):
-        cc.plots.plot_tornado(feature, most=2, ax=ax)
+    def test_small_ones_are_counted(self, feature, ax, monkeypatch):
+        monkeypatch.setattr("chebclear.plots.features._MOST_ROWS", 2)
+        cc.plots.plot_tornado(feature, ax=ax)
         assert len(ax.patches) == 4 and texts(ax)[-1] == "1 more parameters move it less"
 
 

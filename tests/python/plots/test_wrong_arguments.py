@@ -59,13 +59,6 @@ def test_what_is_no_result_is_refused(drawn, given, study, result):
         DRAWN[drawn](wrong)
 
 
-def test_a_section_of_one_column(run):
-    with pytest.raises(cc.errors.ArgumentError):
-        cc.plots.plot_poincare(run, "wrist")
-    with pytest.raises(cc.errors.ArgumentError):
-        cc.plots.plot_poincare(run, "slider.x")
-
-
 @pytest.mark.parametrize("name", [3, ["slider.x"], b"slider.x", {}, "slider.*"])
 def test_what_names_no_column(run, name):
     for draw in (
@@ -110,7 +103,6 @@ def test_joints_of_orbits(run):
 
 def test_numbers_and_abscissas(run, result):
     band = result["slider.x"]
-    feature = result.features["mean force"]
     section, spectrogram = run_section, cc.plots.plot_spectrogram
     for argument, draw in (
         ("period", lambda: cc.plots.plot_poincare(run, *"ab", period="1")),
@@ -119,7 +111,6 @@ def test_numbers_and_abscissas(run, result):
         ("window", lambda: spectrogram(run, "slider.x", window=0)),
         ("overlap", lambda: spectrogram(run, "slider.x", overlap="a")),
         ("decibels", lambda: spectrogram(run, "slider.x", decibels=-1)),
-        ("most", lambda: cc.plots.plot_tornado(feature, most=0)),
         ("runs", lambda: cc.plots.plot_band(band, runs=True)),
         ("size", lambda: cc.animate(run, size=3)),
     ):

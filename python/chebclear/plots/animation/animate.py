@@ -153,8 +153,6 @@ def animate(
     *,
     joint: str | None = None,
     exaggerate: float = 1.0,
-    start: float | None = None,
-    end: float | None = None,
     frames: int = 120,
     rate: int = 25,
     size: tuple[float, float] = (10.0, 5.0),
@@ -176,8 +174,6 @@ def animate(
     exaggerate : float
         Factor by which play is drawn larger than it is in the mechanism [-]: gaps, offsets and tilts in
         guides, eccentricities in bearings.
-    start, end : float, optional
-        Part of the run to show [s]; all of it if not given.
     frames : int
         Number of pictures [-], evenly chosen of the samples, 2 to 2000.
     rate : int
@@ -206,9 +202,6 @@ def animate(
     if output is not None:
         require_name("output", output, run)
     checks = Checks()
-    first, last = float(run.t[0]), float(min(run.t[-1], run.end_time))
-    since = checks.real("start", first if start is None else start, "s", least=first, most=last)
-    until = checks.real("end", last if end is None else end, "s", least=first, most=last)
     count = checks.whole("frames", frames, least=2, most=MOST_FRAMES)
     pace = checks.whole("rate", rate, least=1, most=MOST_RATE)
     factor = checks.real("exaggerate", exaggerate, "-", least=1.0)
@@ -227,10 +220,9 @@ def animate(
         checks.add("size", f"must be a width and a height above 0 [inch], got {size!r}", wrong_type=True)
     checks.finish()
     poses = simulated_poses(run)
-    known = np.isfinite(poses).all(axis=(1, 2)) & (run.t >= since) & (run.t <= until)
-    samples = np.flatnonzero(known)
+    samples = np.flatnonzero(np.isfinite(poses).all(axis=(1, 2)) & (run.t <= run.end_time))
     if len(samples) < 2:
-        raise ArgumentError(f"fewer than two samples lie between start={since:g} and end={until:g} s")
+        raise ArgumentError(f"the run ended at {run.end_time:g} s: it has fewer than two samples")
     picked = evenly(len(samples), count)
     moving = moving_mechanism(run.scene, poses[samples[picked]], factor)
     panels = [bearing_panel(run, chosen, samples, picked)] if chosen else []
