@@ -70,7 +70,7 @@ def run(program, folder):
 
 
 @posix
-@pytest.mark.parametrize("module", ["numpy", "chebclear.study.study", "matplotlib"])
+@pytest.mark.parametrize("module", ["numpy", "chebclear.templates.template", "matplotlib"])
 def test_ctrl_c_while_libraries_are_imported_is_one_line(module, tmp_path):
     done = run(EARLY.format(module=module, scene=str(SCENE)), tmp_path)
     assert done.returncode == 130
