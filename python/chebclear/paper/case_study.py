@@ -270,8 +270,7 @@ def escape_share(band: Band, scan: Band) -> float:
 
 def _clearance_sensitivity(study: StudyResult, output: str) -> float:
     """Root mean square sensitivity to the clearance per normalized variable, in the output's unit."""
-    sensitivity = study[output].polynomial_slope("clearance", normalized=True)
-    return root_mean_square(sensitivity[SECOND])
+    return root_mean_square(study[output].polynomial_slope("clearance", normalized=True)[SECOND])
 
 
 # What the paper prints.
@@ -305,15 +304,8 @@ def tables_markdown(study: CaseStudy) -> str:
     """The text of ``tables.md``: the paper's values beside ours, and what each number means."""
     numbers = study.to_dict()
     by_convention = [(convention, numbers[name]) for name, convention in study.conventions.items()]
-    sections = [
-        _introduction(study),
-        _table_3(by_convention),
-        _interval_lengths(by_convention),
-        _table_4(by_convention),
-        _restraint_zones(by_convention),
-        _table_5(by_convention),
-    ]
-    return "\n\n".join(sections) + "\n"
+    tables = (_table_3, _interval_lengths, _table_4, _restraint_zones, _table_5)
+    return "\n\n".join([_introduction(study), *(table(by_convention) for table in tables)]) + "\n"
 
 
 # A convention with its numbers, as in CaseStudy.to_dict.
@@ -378,13 +370,21 @@ def _interval_lengths(columns: Columns) -> str:
     rows = []
     for key, value in VELOCITY_WIDTH.items():
         widths = [numbers["velocity_width"][key] for _, numbers in columns]
-        rows.append([f"velocity, c = {key} mm, Eq. (31) [m/s]", f"{value:.2f}", *map(_four, widths)])
-    width = _four(largest_width(ideal))
+        rows.append(
+            [
+                f"velocity, c = {key} mm, Eq. (31) [m/s]",
+                f"{value:.2f}",
+                *(format_number(width, 4) for width in widths),
+            ]
+        )
+    width = format_number(largest_width(ideal), 4)
     rows.append(["velocity, ideal mechanism, Eq. (31) [m/s]", "-", *[width] * len(columns)])
     for key in SCANNED:
         widths = [largest_width(study.length_scans[key]["slider.vx"]) for study, _ in columns]
-        rows.append([f"velocity, c = {key} mm, scan [m/s]", "-", *map(_four, widths)])
-    width = _four(largest_width(ideal_scan))
+        rows.append(
+            [f"velocity, c = {key} mm, scan [m/s]", "-", *(format_number(width, 4) for width in widths)]
+        )
+    width = format_number(largest_width(ideal_scan), 4)
     rows.append(["velocity, ideal mechanism, scan [m/s]", "-", *[width] * len(columns)])
     for measure, name in ((mean_width, "mean"), (largest_width, "largest")):
         decreases = []
@@ -498,7 +498,3 @@ is a safe bound."""
 
 def _header(first: str, columns: Columns) -> list[str]:
     return [first, "paper", *(study.convention for study, _ in columns)]
-
-
-def _four(value: float) -> str:
-    return format_number(value, 4)
