@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 # Paul Tol's bright scheme, whose colors color-blind readers can distinguish, not by hue alone.
 COLORS = ("#4477AA", "#EE6677", "#228833", "#CCBB44", "#AA3377", "#66CCEE")
 MARKERS = "osD^vP*X"
+MOST_VECTORS = 4000
+"""What has more points than this is drawn as pixels in vector files, which would be larger with paths."""
 
 Given = ParamSpec("Given")
 

@@ -14,7 +14,17 @@ from ..base.tables import format_number
 from ..errors import ArgumentError
 from ..report.document import Picture
 from ..scene.columns import plain_words
-from .axes import COLORS, MARKERS, abscissa_of, line_style, new_axes, plot_of, require, unit_scale
+from .axes import (
+    COLORS,
+    MARKERS,
+    MOST_VECTORS,
+    abscissa_of,
+    line_style,
+    new_axes,
+    plot_of,
+    require,
+    unit_scale,
+)
 from .labels import legend_above_the_data, plain_numbers, set_labels, set_x_label, with_unit, words_of
 
 if TYPE_CHECKING:
@@ -41,10 +51,6 @@ _HATCHES = {
 }
 THIN = 0.1
 """Width of a band relative to the range of the motion below which it is shown as a deviation [-]."""
-# Areas with more corners than this are drawn as pixels in vector files.
-_MOST_CORNERS = 4000
-# Points that a cloud of predictions has at most.
-_MOST_POINTS = 20_000
 
 
 def band_picture(band: Band) -> Picture:
@@ -114,7 +120,7 @@ def plot_band(
         "linewidth": 0.0,
         "edgecolor": color,
         "hatch": _HATCHES.get(band.verdict),
-        "rasterized": len(band.t) > _MOST_CORNERS,
+        "rasterized": len(band.t) > MOST_VECTORS,
         "label": verdict_words(band),
     } | fill
     if runs > 0 and len(band.runs):
@@ -430,7 +436,6 @@ def plot_prediction(
     given = dict(zip(band.intervals, holdout.parameters.T, strict=True))
     predicted, simulated = scale * band.evaluate(**given).ravel(), scale * holdout.runs.ravel()
     error, reach = float(np.abs(predicted - simulated).max()), float(np.ptp(simulated))
-    chosen = slice(None, None, -(-predicted.size // _MOST_POINTS))
     ax = new_axes(ax)
     count = len(holdout.runs)
     share = error / reach if reach else 0.0
@@ -439,7 +444,7 @@ def plot_prediction(
     style = line_style(
         points, marker=".", markersize=3.0, linestyle="none", alpha=0.4, rasterized=True, label=label
     )
-    ax.plot(simulated[chosen], predicted[chosen], **style)
+    ax.plot(simulated, predicted, **style)
     ends = np.array([min(simulated.min(), predicted.min()), max(simulated.max(), predicted.max())])
     ax.plot(ends, ends, color="black", linewidth=0.8, linestyle="--", label="exact")
     what = with_unit(words_of(band.name, band.unit), shown)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base.arguments import Checks
 from ..scene.columns import column_unit, column_words, plain_words
-from .axes import COLORS, line_style, new_axes, plot_of, unit_scale
+from .axes import COLORS, MOST_VECTORS, line_style, new_axes, plot_of, unit_scale
 from .labels import set_labels, typeset, with_unit
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def plot_bifurcation(
     ax = new_axes(ax)
     count = diagram.samples.shape[1]
     # Points lie on each other where the motion repeats itself: they are drawn lightly where there are many.
-    many = diagram.samples.size > 3000
+    many = diagram.samples.size > MOST_VECTORS
     style = line_style(
         points,
         marker=".",

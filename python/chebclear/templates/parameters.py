@@ -19,6 +19,7 @@ from .template import Parameter, evaluated
 from .toml_text import Path
 from .values import Values
 
+# Each may follow the one before it: so many are within the depth of Python's recursion.
 MOST_PARAMETERS = 200
 DISTRIBUTIONS = ("normal", "lognormal", "uniform", "triangular")
 """How often the values of an interval may be said to occur."""

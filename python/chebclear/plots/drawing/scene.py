@@ -41,16 +41,12 @@ _OF_BODIES = {"fontsize": 0.83, "weight": "bold"}
 _BESIDE = {"fontsize": 0.69, "style": "italic"}
 # Letters of a line of names of joints and of bodies.
 _LONGEST = 16
-_ROUNDS = 4
 # Type is made smaller where the labels would leave the mechanism less than this share of the axes.
 _SCALES, _LEAST_SHARE = (1.0, 0.85, 0.7), 0.7
 _LABELED_MARGIN = 0.05
 
 # Opacity of the positions behind the first.
 _FADED = 0.25
-
-MOST_EXAGGERATED = 1e6
-"""Largest factor of clearances [-]: a micrometer is then as wide as a meter."""
 
 
 @plot_of()
@@ -89,7 +85,7 @@ def plot_scene(
     SceneError
         If the scene cannot be assembled.
     ValueError, TypeError
-        If `exaggerate` is no number above 0 and up to a million, `t` lies outside the run, or the run lacks
+        If `exaggerate` is no number above 0, `t` lies outside the run, or the run lacks
         positions: the message names the outputs to ask for.
 
     Examples
@@ -99,7 +95,7 @@ def plot_scene(
     'x [m]'
     """
     checks = Checks()
-    checks.real("exaggerate", exaggerate, "-", above=0.0, most=MOST_EXAGGERATED)
+    checks.real("exaggerate", exaggerate, "-", above=0.0)
     if not isinstance(labels, bool):
         checks.add("labels", f"must be True or False, got {labels!r}", wrong_type=True)
     if not isinstance(scene, Scene) and not is_a(scene, "Trajectory"):
@@ -238,8 +234,8 @@ def _label_parts(ax: Axes, pen: Pen) -> None:
     font = float(ax.xaxis.label.get_fontsize())
     for scale in _SCALES:
         held = drawn
-        # Labels widen the limits, so that a letter takes more of them: after a few rounds the sizes hold.
-        for _ in range(_ROUNDS):
+        # Labels widen the limits, so that a letter takes more of them: with these they are placed once more.
+        for _ in range(2):
             labels = _placed(pen, scale * font * _span_of_a_point(ax, held))
             ends = [
                 label.middle + 0.5 * side * np.array(label.size) for label in labels for side in (-1.0, 1.0)
