@@ -170,16 +170,10 @@ class Arguments(Checks):
             before = [one for one in names[:index] if isinstance(one, str)]
             if isinstance(name, str) and name in pins and name not in before:
                 continue
-            choice = "; choose from " + ", ".join(f'"{pin}"' for pin in pins) + ", or () for none"
-            if not isinstance(name, str):
-                what = f"must name pins, got {name!r}{choice}"
-            elif name in pins:
-                what = f'has the pin "{name}" more than once'
-            elif name == driven:
-                what = f'"{driven}" is turned at a prescribed speed and cannot have clearance: where the '
-                what += f"journal moves in its bearing there is no joint angle to prescribe{choice}"
-            else:
-                what = f'unknown pin "{name}"{did_you_mean(name, pins) or choice}'
+            choices = ", ".join(f'"{pin}"' for pin in pins)
+            what = f"must name pins, each once, of {choices}, or be () for none, got {name!r}"
+            if isinstance(name, str) and name == driven:
+                what += ": the angle of this one is prescribed, and where a journal moves there is none"
             self.add("clearance_at", what)
         known = [name for name in names if isinstance(name, str) and name in pins]
         if type(clearance) is float or not isinstance(clearance, Mapping):
