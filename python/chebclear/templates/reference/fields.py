@@ -14,10 +14,18 @@ from ...scene.functions import Expression
 from ...scene.scene import Scene
 from ...scene.schema import Part, descriptions
 from ..expressions import CONSTANTS, FUNCTIONS
-from ..parameters import DISTRIBUTIONS
 from ..reader import FORMAT
 from ..run_table import UNITS
-from .json_schema import CATALOG, COST, PARAMETER_WORDS, REQUIREMENT_WORDS, accepted_words, summary
+from .json_schema import (
+    CATALOG,
+    COST,
+    PARAMETER,
+    PARAMETER_WORDS,
+    REQUIREMENT,
+    REQUIREMENT_WORDS,
+    accepted_words,
+    summary,
+)
 
 WIDTH = 100
 """Columns of the tables in plain text [-]."""
@@ -56,11 +64,25 @@ class FieldTable:
 
 def field_tables() -> list[FieldTable]:
     """All tables that a scene file may hold, in the order in which one writes them."""
-    parts = {name: choices for name, choices in Scene._choices.items()}
     meanings = descriptions(Scene)
-    tables = [_head(), _parameters(), FieldTable("[ground]", "", meanings["ground"], (_points(),))]
+    head = (
+        FieldRow("format", "number", str(FORMAT), "Number of the file format."),
+        FieldRow("title", "text", "optional", "What the mechanism is, for people."),
+    )
+    numbers = (
+        "A named number is a number, a quantity, an expression, or a table of these fields. Expressions of "
+        f"parameters hold numbers, names, ``+ - * / **``, parentheses, {', '.join(CONSTANTS)} and the "
+        f"functions {', '.join(FUNCTIONS)}; angles are in rad."
+    )
+    point = FieldRow("NAME", "[x, y] [m]", "-", "A point, as in `O = [0, 0]`; elsewhere it is `ground.O`.")
+    words = "A bare number is in SI units; a text is a quantity or an expression."
+    tables = [
+        FieldTable("top of the file", "", words, head),
+        _of_schema("[parameters]", numbers, PARAMETER, PARAMETER_WORDS),
+        FieldTable("[ground]", "", meanings["ground"], (point,)),
+    ]
     held: dict[str, tuple[type[Part], ...]] = {}
-    for name, choices in parts.items():
+    for name, choices in Scene._choices.items():
         for part in choices:
             tables.append(_table(f"[[{name}]]", part))
             for field_name, inner in part._choices.items():
@@ -70,7 +92,27 @@ def field_tables() -> list[FieldTable]:
     for key, choices in held.items():
         section = key if "law" in key else "torque = { function = ... }"
         tables += [_table(section, part) for part in choices]
-    return [*tables, _run(), _features(), _requirements(), _costs()]
+    features = (
+        "Numbers of the continuous motion by names of your choice: "
+        f"{', '.join(kind for kind in KINDS if kind not in JOINT_KINDS)} of an output, "
+        f"{', '.join(JOINT_KINDS)} of a clearance joint."
+    )
+    feature = FieldRow("NAME", "text", "-", 'As in `"peak force" = "peak(wrist.normal_force)"`.')
+    limits = "Limits that outputs and features must keep to, by names of your choice."
+    costs = (
+        "What the tolerance of a parameter costs, half of its interval, for ``chebclear allocate``. A wider "
+        "one may not cost more."
+    )
+    cost = (
+        FieldRow("NAME", "text", "-", f"{capital(COST['description'])}."),
+        FieldRow("NAME", "table of numbers", "-", f"{capital(CATALOG['description'])}."),
+    )
+    tables += [_run(), FieldTable("[features]", "", features, (feature,))]
+    return [
+        *tables,
+        _of_schema("[requirements]", limits, REQUIREMENT, REQUIREMENT_WORDS),
+        FieldTable("[costs]", "", costs, cost),
+    ]
 
 
 def page(tables: list[FieldTable]) -> str:
@@ -140,9 +182,12 @@ def first_word(section: str) -> str:
 
 
 _WORDS = ("required", "optional", "-")
-_HEAD = {
-    "format": ("number", str(FORMAT), "Number of the file format."),
-    "title": ("text", "optional", "What the mechanism is, for people."),
+_FORMS = {
+    "float": "number",
+    "Vector": "[x, y]",
+    "Numbers": "[number, ...]",
+    "Mapping[str, float]": "table of NAME = number",
+    "Mapping[str, Vector]": "table of NAME = [x, y]",
 }
 
 
@@ -163,31 +208,15 @@ def _key_of(choices: tuple[type[Part], ...]) -> str:
     return tag[0] if tag is not None else ""
 
 
-def _head() -> FieldTable:
-    rows = tuple(FieldRow(name, *cells) for name, cells in _HEAD.items())
-    return FieldTable(
-        "top of the file", "", "A bare number is in SI units; a text is a quantity or an expression.", rows
-    )
-
-
-def _points() -> FieldRow:
-    return FieldRow("NAME", "[x, y] [m]", "-", "A point, as in `O = [0, 0]`; elsewhere it is `ground.O`.")
-
-
-def _parameters() -> FieldTable:
-    functions = ", ".join(FUNCTIONS)
-    about = (
-        "A named number is a number, a quantity, an expression, or a table of these fields. Expressions of "
-        f"parameters hold numbers, names, ``+ - * / **``, parentheses, {', '.join(CONSTANTS)} and the "
-        f"functions {functions}; angles are in rad."
-    )
-    forms = {"limits": "[lower, upper]", "fit": "text", "unit": "text", "note": "text"}
-    forms["distribution"] = ", ".join(f'"{one}"' for one in DISTRIBUTIONS)
-    rows = [
-        FieldRow(f"NAME.{name}", forms.get(name, "number"), "optional", f"{capital(words)}.")
-        for name, words in PARAMETER_WORDS.items()
-    ]
-    return FieldTable("[parameters]", "", about, tuple(rows))
+def _of_schema(section: str, about: str, schema: Mapping[str, Any], words: Mapping[str, str]) -> FieldTable:
+    """A table of entries that are no records."""
+    rows = []
+    for name, own in schema["properties"].items():
+        value = {"array": "[lower, upper]", "string": "text"}.get(str(own.get("type")), "number")
+        value = _quoted(own["enum"]) if "enum" in own else value
+        default = "required" if name in schema.get("required", ()) else "optional"
+        rows.append(FieldRow(f"NAME.{name}", value, default, f"{capital(words[name])}."))
+    return FieldTable(section, "", about, tuple(rows))
 
 
 def _run() -> FieldTable:
@@ -202,38 +231,6 @@ def _run() -> FieldTable:
         rows.append(FieldRow(name, value, default, _without_unit(meanings[name], UNITS.get(name, ""))))
     words = "How to simulate; the command line replaces each by an option of the same name."
     return FieldTable("[run]", "", words, tuple(rows))
-
-
-def _features() -> FieldTable:
-    outputs = ", ".join(kind for kind in KINDS if kind not in JOINT_KINDS)
-    words = (
-        f"Numbers of the continuous motion by names of your choice: {outputs} of an output, "
-        f"{', '.join(JOINT_KINDS)} of a clearance joint."
-    )
-    row = FieldRow("NAME", "text", "-", 'As in `"peak force" = "peak(wrist.normal_force)"`.')
-    return FieldTable("[features]", "", words, (row,))
-
-
-def _requirements() -> FieldTable:
-    about = "Limits that outputs and features must keep to, by names of your choice."
-    forms = {"of": ("text", "required"), "joint": ("text", "optional")}
-    rows = [
-        FieldRow(f"NAME.{name}", *forms.get(name, ("number", "optional")), f"{capital(words)}.")
-        for name, words in REQUIREMENT_WORDS.items()
-    ]
-    return FieldTable("[requirements]", "", about, tuple(rows))
-
-
-def _costs() -> FieldTable:
-    words = (
-        "What the tolerance of a parameter costs, half of its interval, for ``chebclear allocate``. A wider "
-        "one may not cost more."
-    )
-    rows = (
-        FieldRow("NAME", "text", "-", f"{capital(COST['description'])}."),
-        FieldRow("NAME", "table of numbers", "-", f"{capital(CATALOG['description'])}."),
-    )
-    return FieldTable("[costs]", "", words, rows)
 
 
 def _table(section: str, part: type[Part]) -> FieldTable:
@@ -263,18 +260,11 @@ def _value(part: type[Part], item: Field[Any], unit: str, words: Mapping[str, tu
         if annotation.startswith("float"):
             return f"number{in_unit}{text} or {tables}"
         return f"{text[2:]}{in_unit} or {tables}" if text else tables
-    if annotation.startswith("float"):
-        return f"number{in_unit}"
-    if annotation == "Vector":
-        return f"[x, y]{in_unit}"
-    if annotation == "Numbers":
-        return f"[number, ...]{in_unit}"
     if annotation == "bool":
         return "true or false"
-    if annotation == "Mapping[str, float]":
-        return f"table of NAME = number{in_unit}"
-    if annotation.startswith("Mapping"):
-        return f"table of NAME = [x, y]{in_unit}"
+    form = _FORMS.get(annotation.removesuffix(" | None"))
+    if form is not None:
+        return f"{form}{in_unit}"
     return _quoted(words[item.name]) if item.name in words else "text"
 
 
