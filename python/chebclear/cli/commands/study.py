@@ -38,6 +38,7 @@ _KINDS = {
     "chebyshev": ("degree",),
     "sample": ("runs", "rng"),
 }
+_OF_REPORTS = ("matplotlib.figure", "matplotlib.backends.backend_agg", "PIL.PngImagePlugin", "jinja2")
 STUDY_FILES = out("report.html, study.npz, the table of verdicts (md, csv, json) and a PNG for every output")
 
 
@@ -91,8 +92,8 @@ def carry_out(
     if options.plan:
         return 0
     if options.out is not None:
-        # The report will draw: what it draws with can be imported while the runs are made.
-        threading.Thread(target=import_module, args=["matplotlib.figure"]).start()
+        # What the report is drawn and set with can be imported while the runs are made.
+        threading.Thread(target=lambda: list(map(import_module, _OF_REPORTS))).start()
     result: StudyResult = getattr(made, method)(**given)
     followed = any(band.verdict == "resolved" and band.surrogate is not None for band in result.values())
     check = getattr(options, "check", False)
