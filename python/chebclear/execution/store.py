@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 from ..base.files import DAMAGE, member_header, package_version
 from ..base.writing import replaced
 from ..errors import StoreError
+from ..notices import Notice
 from ..run.settings import Settings
 from ..scene.structure import FlatScene
 from .costs import STATS
@@ -193,7 +194,7 @@ class Store:
 
     def __init__(self, path: str | os.PathLike[str], facts: Mapping[str, Any]) -> None:
         self.path = Path(path)
-        self.remarks: list[str] = []
+        self.remarks: list[Notice] = []
         """Warnings about the files in the folder."""
         self._where: dict[bytes, tuple[str, int]] = {}
         self._facts = dict(facts)
@@ -284,7 +285,7 @@ class Store:
             kept = json.loads(content)
             form, kind = kept["format"], kept["kind"]
         except (ValueError, TypeError, KeyError, RecursionError):
-            self.remarks.append(f"{path} was damaged and is written anew")
+            self._remark(path, "was damaged and is written anew")
             return False
         if kind != KIND or not isinstance(form, int):
             raise StoreError(f"{path} was not written by chebclear")
@@ -314,6 +315,9 @@ class Store:
                 json.dumps({"format": FORMAT, "kind": KIND, **facts}, indent=1), encoding="utf-8"
             )
 
+    def _remark(self, path: Path, words: str) -> None:
+        self.remarks.append(Notice("store", f"{path} {words}", (path.name,)))
+
     def _read_all(self) -> None:
         """Read the keys of all runs; unreliable pieces are named and left out."""
         for path in sorted(self.path.iterdir()):
@@ -324,19 +328,19 @@ class Store:
                     and not path.name.startswith(".")
                     and path.suffix != _SET_ASIDE
                 ):
-                    self.remarks.append(f"{path} is no piece of this store and was left alone")
+                    self._remark(path, "is no piece of this store and was left alone")
                 elif path.name.startswith(_UNFINISHED):
                     # Windows keeps the samples of a result that is still in use.
                     with contextlib.suppress(PermissionError):
                         path.unlink(missing_ok=True)
                 continue
             if not path.is_file():
-                self.remarks.append(f"{path} is no file and was left alone")
+                self._remark(path, "is no file and was left alone")
                 continue
             try:
                 keys, ends = self._keys(path, named[1])
             except UnfitError as error:
-                self.remarks.append(f"{path} {error}; its runs are simulated again")
+                self._remark(path, f"{error}; its runs are simulated again")
                 if error.damaged:
                     path.replace(path.with_name(path.name + _SET_ASIDE))
                 continue

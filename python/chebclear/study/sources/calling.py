@@ -21,7 +21,6 @@ from ...execution.failures import FEATURE, MODEL, FailedRun, end_of, failure_not
 from ...execution.limited import Answers, Calls, LimitedCalls, TimeLimitError
 from ...execution.pieces import DONE, NOT_BEGUN, End, Piece, code_version
 from ...execution.store import KEY_BYTES, Store
-from ...notices import Notice
 from ...run.features import Feature
 from ..polynomials.points import nominal_point
 from .asked import called, require_known
@@ -110,7 +109,7 @@ class Calling(Source):
             values=self._values[kept],
             features=self._features[kept] if self._names else None,
             feature_names=self._names,
-            notices=(*failure_notices(failures, self.total), *(Notice("store", text) for text in remarks)),
+            notices=(*failure_notices(failures, self.total), *remarks),
             failures=failures,
         )
 

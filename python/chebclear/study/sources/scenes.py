@@ -285,7 +285,7 @@ class SceneRuns:
             raise SceneError(located(parameters, error.problems)) from None
         return structure.clearances_in(numbers)
 
-    def _sorted(self, batch: Batch, remarks: list[str]) -> RunTable:
+    def _sorted(self, batch: Batch, remarks: list[Notice]) -> RunTable:
         """Successful and failed runs."""
         self._require_success(batch)
         asked, features = self._runner.features, None
@@ -297,8 +297,7 @@ class SceneRuns:
         failures = tuple(FailedRun.of(number, self.parameters(number), end) for number, end in failed.items())
         values = _moved_up(batch.values, kept)
         told = batch.notices.of(self.count, self._place)
-        kept_back = [Notice("store", text) for text in remarks]
-        notices = (*told, *failure_notices(failures, self.count), *kept_back)
+        notices = (*told, *failure_notices(failures, self.count), *remarks)
         if features is not None:
             features = _moved_up(features, kept)
             notices += settling_notices(asked, self.settings, self._nominal, batch.features[kept])
