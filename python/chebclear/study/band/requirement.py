@@ -24,11 +24,14 @@ LEAST_RUNS = 3
 """Fewest runs of a band [-]."""
 # Parameters for which there are Sobol' points [-].
 _MOST_PARAMETERS = 32
-# Related to the least number of held-out runs that can verify a share of 0.1 %; see `needed_runs`.
+# Related to the least number of held-out runs that can verify a share of 0.1 %; see `needed_runs`. Of 168
+# studies of 5 to 12 runs 44 are calibrated, and the worst holds 99.88 %; with half of it 87 and 99.66 %, with
+# twice none.
 _UNSEEN = 0.0112
 # Persistence from which the runs and not their samples are the observations. Chains of pendulums with one
 # parameter reach 0.72 with 12 to 81 runs, and their bands hold; random offsets and factors, also beside what
-# parameters do, reach 0.9 to 1.
+# parameters do, reach 0.9 to 1. Without it 5 of 86 calibrated bands leave out three times what was asked;
+# with half of it 64 remain of 74.
 _LASTING = 0.8
 # Number of revolutions from which a run counts as more than one.
 _SEVERAL = 4

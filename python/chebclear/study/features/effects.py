@@ -26,16 +26,19 @@ if TYPE_CHECKING:
 CONFIDENCE = 0.95
 """Confidence level of the intervals of estimates [-]."""
 MOST_DEGREE = 8
-"""Largest total degree."""
-# Largest ratio of the number of terms of a polynomial to that of runs.
+"""Largest total degree [-], for the time of thousands of runs; 41 runs allow less in two parameters."""
+# Largest ratio of the number of terms of a polynomial to that of runs. With 0.95 intervals of shares hold in
+# 96 instead of 99 % (seven features, 41 runs), with half of it a fifth of the certain signs is lost.
 _TERMS_PART = 0.7
 LEAST_FREE = 4
-"""Least number of statistical degrees of freedom for an estimate of the scatter."""
+"""Least number of statistical degrees of freedom for an estimate of the scatter: with few runs it decides
+whether there are effects, with 41 a factor of two changes nothing."""
 REPLICATES = 200
-"""Number of resampled sets of runs."""
-# Number of points of the box at which slopes are evaluated.
+"""Number of resampled sets of runs: twice as many take twice the time and lengthen intervals by 1 %."""
+# Number of points of the box at which slopes are evaluated; a factor of two changed no sign of 51.
 _POINTS = 256
-# Largest error of the shares by that; resampled residuals show what is larger.
+# Largest error of the shares by that; resampled residuals show what is larger. A factor of two moves the part
+# of intervals that hold by 0.5 to 1 % and their length by 1 to 2 %.
 _MOVED = 0.01
 # Largest size of values, whose square is a number still.
 _LARGEST = 1e150

@@ -16,7 +16,7 @@ from ..polynomials.points import on_cube, unfilled
 from .run_table import ROUNDING
 
 # Correlation of two parameters from which runs leave out most of the box, and that of independent ones by
-# chance, times the square root of the number of runs.
+# chance, times the square root of the number of runs: with half of that 7 of 300 independent sets are blamed.
 _LARGEST_CORRELATION = 0.5
 _CHANCE = 5.0
 
