@@ -76,8 +76,8 @@ pub(super) struct Run<'a> {
     /// [`HybridSystem::velocity_refinement`] at the start of the step, and its maximum over the step.
     pub(super) start_refinement: f64,
     pub(super) velocity_refinement: f64,
-    /// [`HybridSystem::looks_inside`].
-    looks_inside: bool,
+    /// [`HybridSystem::braking_rate`] at the start of the step.
+    braking_rate: f64,
     /// [`HybridSystem::caution`] in the present step.
     caution: f64,
     /// Why the last attempt was rejected: the status of the run if no shorter step is accepted.
@@ -105,7 +105,6 @@ pub fn integrate(
 ) -> Outcome {
     let d = system.dimension();
     let guards = system.guard_count();
-    let looks_inside = system.looks_inside();
     let mut run = Run {
         system,
         method,
@@ -132,7 +131,7 @@ pub fn integrate(
         beyond_kink: false,
         start_refinement: 1.0,
         velocity_refinement: 1.0,
-        looks_inside,
+        braking_rate: 0.0,
         caution: 1.0,
         refusal: Status::StepUnderflow,
         next_q: vec![0.0; d],
@@ -168,6 +167,7 @@ impl Run<'_> {
             }
             self.start_refinement = self.system.velocity_refinement();
             self.caution = self.system.caution();
+            self.braking_rate = self.system.braking_rate();
             h = h.min(self.system.step_bound()).min(self.limits.max_step);
             self.stop = self.end.min(self.system.next_break());
             self.longest = self.rounded(self.stop - self.t);
@@ -231,7 +231,11 @@ impl Run<'_> {
         self.dense = false;
         self.errors = None;
         let h = self.rounded(h);
-        self.method.attempt(self.system, h, &mut self.stats)
+        let finite = self.method.attempt(self.system, h, &mut self.stats);
+        let step = self.method.step();
+        // A step that is shorter than the time in which its stiffest force brakes resolves that force.
+        step.is_corrected = step.damping > 1.0 && h * self.braking_rate > 1.0;
+        finite
     }
 
     /// The length of a step rounded so that t + h is exact and the next step starts exactly where this one ends.
@@ -259,19 +263,16 @@ impl Run<'_> {
             2 => self.errors_of(2),
             d => self.errors_of(d),
         };
-        let errors = if self.looks_inside { [errors[0].max(self.error_inside()), errors[1]] } else { errors };
+        let is_corrected = self.method.step().is_corrected;
+        let errors = if is_corrected { [errors[0].max(self.error_inside()), errors[1]] } else { errors };
         self.errors = Some(errors);
         errors
     }
 
-    /// Largest error inside an implicit step.
-    // Not inlined: few systems ask for it.
+    /// Largest error of the accelerations of the polynomial of a step, by which states inside are corrected.
+    // Not inlined: few steps are corrected.
     #[inline(never)]
     fn error_inside(&mut self) -> f64 {
-        // A step that is shorter than the time in which its stiffest force brakes resolves that force.
-        if self.method.step().damping <= 1.0 {
-            return 0.0;
-        }
         if self.finish_dense().is_err() {
             return f64::INFINITY;
         }
@@ -282,14 +283,20 @@ impl Run<'_> {
     fn error_at(&mut self, part: f64) -> f64 {
         let step = self.method.step();
         step.at(part, &mut self.inner_q, &mut self.inner_v);
-        let (mut accelerations, mut of_polynomial) = (self.v.clone(), self.v.clone());
+        let (mut error, mut of_polynomial) = (self.v.clone(), self.v.clone());
         step.rates(part, &mut of_polynomial);
         let t = step.instant(part);
         self.stats.evaluations += 1;
-        if !self.system.acceleration(t, &self.inner_q, &self.inner_v, &mut accelerations) {
+        if !self.system.acceleration(t, &self.inner_q, &self.inner_v, &mut error) {
             return f64::INFINITY;
         }
-        self.system.inner_error(&accelerations, &of_polynomial)
+        // The accelerations differ by what stiff forces make of the error of the velocity: that error over hγ is the
+        // error of its slope.
+        let step = self.method.step();
+        error.iter_mut().zip(&of_polynomial).for_each(|(a, expected)| *a -= expected);
+        step.solve(&mut error);
+        error.iter_mut().for_each(|change| *change /= step.diagonal());
+        self.system.inner_error(&error, &of_polynomial, step.damping / step.h)
     }
 
     /// The same for a number of degrees of freedom that the compiler may know.

@@ -1,7 +1,9 @@
 //! A step with its error estimate and the polynomial through it.
 
+use crate::integrators::HybridSystem;
 use crate::integrators::adams::coefficients::{Alphas, integrals_to};
 use crate::numerics::instant::Instant;
+use crate::numerics::linear::lu_solve;
 
 /// Form of the polynomial through a step.
 #[derive(Clone, Debug, Default)]
@@ -13,6 +15,15 @@ pub(super) enum Form {
     /// Of the Adams method: accelerations `Σ c_i(θ) D_i`, whose integrals are velocities and positions; a row D_i
     /// holds accelerations. A step has few samples, and to find the powers of θ costs as much as four.
     Differences(Alphas),
+}
+
+/// The factors of `W = I/(hγ) - a_v - hγ a_q` of a Rosenbrock step.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Factors {
+    pub(super) w: Vec<f64>,
+    pub(super) pivots: Vec<usize>,
+    /// hγ [s].
+    pub(super) diagonal: f64,
 }
 
 /// A step from `t` to `t + h`, its error estimate and its dense output.
@@ -37,11 +48,14 @@ pub struct DenseStep {
     pub embedded_order: usize,
     /// Whether the method that took it is explicit.
     pub is_explicit: bool,
+    /// Whether states inside are corrected, because forces follow the velocities too steeply for those of the polynomial.
+    pub is_corrected: bool,
     /// Whether it is short against every oscillation of the motion, so that its ends tell what happens inside.
     pub is_short: bool,
     /// Rows of the dense output, and what they are.
     pub(super) rows: Vec<f64>,
     pub(super) form: Form,
+    pub(super) factors: Factors,
 }
 
 impl DenseStep {
@@ -57,9 +71,11 @@ impl DenseStep {
             damping: 0.0,
             embedded_order,
             is_explicit,
+            is_corrected: false,
             is_short: false,
             rows: vec![0.0; rows * n],
             form: Form::Powers,
+            factors: Factors::default(),
         }
     }
 
@@ -133,7 +149,7 @@ impl DenseStep {
     }
 
     /// Accelerations at `t + theta h` of a step in powers: the derivatives of its velocities.
-    pub(super) fn rates(&self, theta: f64, a: &mut [f64]) {
+    pub(crate) fn rates(&self, theta: f64, a: &mut [f64]) {
         let n = self.start.len();
         let d = n / 2;
         let count = self.rows.len().checked_div(n).unwrap_or(0);
@@ -146,6 +162,30 @@ impl DenseStep {
             let change = self.end[d + k] - self.start[d + k];
             *a = (change + (1.0 - 2.0 * theta) * sum + theta * (1.0 - theta) * slope) / self.h;
         }
+    }
+
+    /// The state at `t + theta h`, corrected if it must be.
+    pub(super) fn corrected_at(
+        &self,
+        system: &mut dyn HybridSystem,
+        theta: f64,
+        q: &mut [f64],
+        v: &mut [f64],
+    ) {
+        self.at(theta, q, v);
+        if self.is_corrected {
+            system.correct(self, theta, q, v);
+        }
+    }
+
+    /// hγ of a Rosenbrock step [s].
+    pub(crate) fn diagonal(&self) -> f64 {
+        self.factors.diagonal
+    }
+
+    /// Solves W x = b in place, in a Rosenbrock step.
+    pub(crate) fn solve(&self, b: &mut [f64]) {
+        lu_solve(&self.factors.w, b.len(), &self.factors.pivots, b);
     }
 
     /// The instant `t + theta h`.

@@ -110,7 +110,7 @@ impl EventFinder {
         self.samples[..count].copy_from_slice(start);
         for piece in 1..pieces {
             let theta = piece as f64 / pieces as f64;
-            step.at(theta, &mut self.q, &mut self.v);
+            step.corrected_at(system, theta, &mut self.q, &mut self.v);
             let range = piece * count..(piece + 1) * count;
             system.guards(step.instant(theta), &self.q, &self.v, &mut self.samples[range]);
         }
@@ -199,7 +199,7 @@ impl Search<'_> {
 
     fn evaluate(&mut self, index: usize, theta: f64) -> Guard {
         let Self { finder, system, step } = self;
-        step.at(theta, &mut finder.q, &mut finder.v);
+        step.corrected_at(*system, theta, &mut finder.q, &mut finder.v);
         system.guards(step.instant(theta), &finder.q, &finder.v, &mut finder.trial);
         finder.trial[index]
     }

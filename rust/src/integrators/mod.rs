@@ -80,14 +80,20 @@ pub trait HybridSystem {
         1.0
     }
 
-    /// Whether forces follow the velocities so steeply that inside an implicit step, where the state is that of a polynomial,
-    /// they could be far from those that its stages balanced.
-    fn looks_inside(&self) -> bool {
-        false
+    /// Rate [1/s] at which forces other than friction brake in the state of the last [`HybridSystem::begin`]; infinite
+    /// where the Jacobian alone tells. Inside implicit steps that do not resolve it states are corrected: those of the
+    /// polynomial have errors that are harmless to the motion, but not to these forces.
+    fn braking_rate(&self) -> f64 {
+        0.0
     }
 
-    /// Error of the accelerations inside a step, from those of the polynomial, relative to what is allowed.
-    fn inner_error(&self, _accelerations: &[f64], _of_polynomial: &[f64]) -> f64 {
+    /// Corrects the state of the polynomial of a step at `t + theta h` so that its accelerations are those of the
+    /// polynomial.
+    fn correct(&mut self, _step: &DenseStep, _theta: f64, _q: &mut [f64], _v: &mut [f64]) {}
+
+    /// An error of the accelerations of a polynomial, relative to what is allowed in a step that damps velocities at a
+    /// rate [1/s].
+    fn inner_error(&self, _error: &[f64], _of_polynomial: &[f64], _rate: f64) -> f64 {
         0.0
     }
 

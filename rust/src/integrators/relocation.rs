@@ -86,6 +86,10 @@ impl Run<'_> {
             return false;
         }
         self.method.estimate_inside(0.5, &mut self.inner_q, &mut self.inner_v);
+        let step = self.method.step();
+        if step.is_corrected {
+            self.system.correct(step, 0.5, &mut self.inner_q, &mut self.inner_v);
+        }
         self.system.guards(middle, &self.inner_q, &self.inner_v, &mut self.inner_guards);
         EventFinder::may_have_event(0.5 * h, &self.start_guards, &self.inner_guards)
             || EventFinder::may_have_event(0.5 * h, &self.inner_guards, &self.end_guards)
@@ -103,7 +107,7 @@ impl Run<'_> {
     /// Guards on the finished dense output.
     fn read_guards_inside(&mut self, theta: f64) {
         let step = self.method.step();
-        step.at(theta, &mut self.inner_q, &mut self.inner_v);
+        step.corrected_at(self.system, theta, &mut self.inner_q, &mut self.inner_v);
         self.system.guards(step.instant(theta), &self.inner_q, &self.inner_v, &mut self.inner_guards);
     }
 

@@ -9,12 +9,12 @@
 //! so that a d x d matrix is factored instead of 2d x 2d `[SanduNegrut2003]`.
 
 use crate::dynamics::Linearization;
-use crate::integrators::dense::DenseStep;
+use crate::integrators::dense::{DenseStep, Factors};
 use crate::integrators::stages::{Stages, Weights};
 use crate::integrators::tableaus::Tableau;
 use crate::integrators::{HybridSystem, StateAt, Stats, Stepper};
 use crate::numerics::instant::Instant;
-use crate::numerics::linear::{lu_factor, lu_solve};
+use crate::numerics::linear::lu_factor;
 
 /// A Rosenbrock method with its scratch memory.
 #[derive(Clone, Debug)]
@@ -23,8 +23,6 @@ pub struct Rosenbrock {
     d: usize,
     /// Stage vectors u_i as (u_q, u_v).
     stages: Stages,
-    w: Vec<f64>,
-    pivots: Vec<usize>,
     /// Reciprocal velocity tolerances: the scaling of the rows for the choice of pivots.
     pub weights: Vec<f64>,
     /// State (q, v) at which the present stage evaluates the accelerations.
@@ -46,17 +44,17 @@ impl Rosenbrock {
     /// The method for `d` degrees of freedom.
     pub fn new(tableau: Tableau, d: usize) -> Self {
         let n = 2 * d;
+        let mut step = DenseStep::new(n, tableau.h.len(), tableau.embedded_order, false);
+        step.factors = Factors { w: vec![0.0; d * d], pivots: vec![0; d], diagonal: 0.0 };
         Self {
             tableau,
             d,
             stages: Stages::new(tableau.stages, n),
-            w: vec![0.0; d * d],
-            pivots: vec![0; d],
             weights: vec![1.0; d],
             argument: vec![0.0; n],
             residual: vec![0.0; n],
             a: vec![0.0; d],
-            step: DenseStep::new(n, tableau.h.len(), tableau.embedded_order, false),
+            step,
             dense: false,
             linear: Linearization::new(d),
             is_known: false,
@@ -65,14 +63,16 @@ impl Rosenbrock {
 
     /// Factors W = I/(hγ) - a_v - hγ a_q; false where it is singular.
     fn factor(&mut self, diagonal: f64) -> bool {
-        let d = self.d;
+        let Self { d, linear, weights, .. } = self;
+        let (d, Factors { w, pivots, diagonal: of_step }) = (*d, &mut self.step.factors);
+        *of_step = diagonal;
         for i in 0..d * d {
-            self.w[i] = -self.linear.a_v[i] - diagonal * self.linear.a_q[i];
+            w[i] = -linear.a_v[i] - diagonal * linear.a_q[i];
         }
         for i in 0..d {
-            self.w[i * d + i] += 1.0 / diagonal;
+            w[i * d + i] += 1.0 / diagonal;
         }
-        lu_factor(&mut self.w, d, &mut self.weights, &mut self.pivots)
+        lu_factor(w, d, weights, pivots)
     }
 
     /// Length of the last step times an upper bound of the fastest rate of the motion [-], from the Jacobian
@@ -188,7 +188,7 @@ impl Stepper for Rosenbrock {
                 let coupling: f64 = linear.a_q[k * d..k * d + d].iter().zip(&*r_q).map(|(a, r)| a * r).sum();
                 *r_v += self.a[k] + by_time * linear.a_t[k] + diagonal * coupling;
             }
-            lu_solve(&self.w, d, &self.pivots, r_v);
+            step.solve(r_v);
             let (u_q, u_v) = self.stages.row_mut(i).split_at_mut(d);
             u_v.copy_from_slice(r_v);
             for ((u_q, u_v), r_q) in u_q.iter_mut().zip(&*u_v).zip(&*r_q) {

@@ -12,6 +12,11 @@ use crate::run::work::Work;
 use crate::run::work::pace::{piece_of_work, uniform_piece};
 use crate::tree::kinematics::FrameKind;
 
+/// Error of corrected accelerations inside a step, relative to them: far below that of the polynomial.
+const CORRECTED: f64 = 1e-6;
+/// Most iterations of a correction: a damper takes one, an oil film that changes much in the step up to five.
+const CORRECTIONS: usize = 10;
+
 /// A mechanism in a state.
 pub(crate) struct Motion<'a> {
     pub(crate) mechanism: &'a Mechanism,
@@ -23,6 +28,8 @@ pub(crate) struct Motion<'a> {
     pub(crate) q: Vec<f64>,
     pub(crate) v: Vec<f64>,
     pub(crate) a: Vec<f64>,
+    /// Memory of [`Motion::correct`].
+    scratch: [Vec<f64>; 3],
     /// Work and losses up to the state.
     pub(crate) work: Work,
     /// Whether outputs or features need the work: it is then integrated over all steps, with the reactions.
@@ -45,6 +52,7 @@ impl<'a> Motion<'a> {
             q: vec![0.0; d],
             v: vec![0.0; d],
             a: vec![0.0; d],
+            scratch: std::array::from_fn(|_| vec![0.0; d]),
             work: Work::new(mechanism.slots.len(), mechanism.dry_joints.len()),
             counts_work,
             monitor,
@@ -98,9 +106,59 @@ impl<'a> Motion<'a> {
     pub(crate) fn state_inside(&mut self, step: &DenseStep, t: f64, q: &mut [f64], v: &mut [f64]) {
         let theta = step.part_until(t);
         step.at(theta, q, v);
+        self.correct(step, theta, q, v);
         if self.mechanism.has_loops() && self.dynamics.project(t, q, v, &self.mechanism.scales).is_none() {
             step.at(theta, q, v);
         }
+    }
+
+    /// Corrects the state of the polynomial of a step, if its states are corrected. The change x of the velocities solves
+    ///
+    /// ```text
+    /// x = hγ (a(q + hγ x, v + x) - a of the polynomial)
+    /// ```
+    ///
+    /// as a stage of the step would, by Newton's method with its matrix. Where forces follow the state steeply, the
+    /// accelerations become those of the polynomial; elsewhere the change is as small as the error of the polynomial.
+    pub(crate) fn correct(&mut self, step: &DenseStep, theta: f64, q: &mut [f64], v: &mut [f64]) {
+        // At its ends a step has states of its own.
+        if !step.is_corrected || theta <= 0.0 || theta >= 1.0 {
+            return;
+        }
+        let mut a = std::mem::take(&mut self.a);
+        let [mut expected, mut change, mut sum] = std::mem::take(&mut self.scratch);
+        step.rates(theta, &mut expected);
+        change.fill(0.0);
+        sum.fill(0.0);
+        let scales = &self.mechanism.scales;
+        let (diagonal, allowed) = (step.diagonal(), CORRECTED * scales.largest_acceleration(&expected));
+        let mut least = f64::INFINITY;
+        for _ in 0..CORRECTIONS {
+            let exists = self.dynamics.acceleration(step.instant(theta), q, v, &mut a);
+            for k in 0..a.len() {
+                a[k] -= expected[k] + sum[k] / diagonal;
+            }
+            let error = if exists { scales.largest(&a) } else { f64::INFINITY };
+            let is_better = error < least;
+            if is_better {
+                change.copy_from_slice(&a);
+                step.solve(&mut change);
+            } else {
+                // What did not help is taken back.
+                change.iter_mut().for_each(|change| *change = -*change);
+            }
+            for (k, change) in change.iter().enumerate() {
+                q[k] += diagonal * change;
+                v[k] += change;
+                sum[k] += change;
+            }
+            if !is_better || error <= allowed {
+                break;
+            }
+            least = error;
+        }
+        self.a = a;
+        self.scratch = [expected, change, sum];
     }
 
     /// Computes all that `needs` names for the state in `self.q`, `self.v`.
@@ -161,7 +219,9 @@ impl<'a> Motion<'a> {
             let next = (from + self.piece_of_work(from)).min(to);
             for &(place, weight) in nodes {
                 let t = from + place * (next - from);
-                step.at(step.part_until(t), &mut q, &mut v);
+                let theta = step.part_until(t);
+                step.at(theta, &mut q, &mut v);
+                self.correct(step, theta, &mut q, &mut v);
                 self.add_work(t, &q, &v, weight * (next - from));
             }
             from = next;

@@ -32,6 +32,10 @@ pub(crate) struct System<'a> {
     pub(crate) samples: Samples<'a>,
     pub(crate) tracking: Tracking,
     pub(crate) balance: Balance,
+    /// [`Tree::has_dampers`](crate::tree::elements::Tree::has_dampers).
+    has_dampers: bool,
+    /// Largest acceleration at the start of the step [m/s²], where something brakes.
+    start_acceleration: f64,
     /// Largest correction that closed the loops after a step [m].
     pub(crate) largest_projection: f64,
     /// Warnings that are known before the first step.
@@ -60,6 +64,8 @@ impl<'a> System<'a> {
             tracking: Tracking::new(plan, settings, samples.from, mechanism.degrees_of_freedom()),
             balance: Balance::new(mechanism, settings, from),
             samples,
+            has_dampers: mechanism.tree.has_dampers(),
+            start_acceleration: 0.0,
             largest_projection: 0.0,
             warnings: of_scene(mechanism),
         }
@@ -112,6 +118,9 @@ impl HybridSystem for System<'_> {
         }
         self.motion.dynamics.accelerate(a);
         self.phases.watch(&mut self.motion, &mut self.balance, t);
+        if self.braking_rate() > 0.0 {
+            self.start_acceleration = self.motion.mechanism.scales.largest_acceleration(a);
+        }
         self.balance.begin(t);
     }
 
@@ -148,19 +157,21 @@ impl HybridSystem for System<'_> {
         self.phases.demands.caution
     }
 
-    fn looks_inside(&self) -> bool {
-        self.motion.mechanism.tree.has_dampers()
+    fn braking_rate(&self) -> f64 {
+        if self.has_dampers { f64::INFINITY } else { self.phases.demands.braking_rate }
+    }
+
+    fn correct(&mut self, step: &DenseStep, theta: f64, q: &mut [f64], v: &mut [f64]) {
+        self.motion.visit_inside(|motion| motion.correct(step, theta, q, v));
     }
 
     /// The power of a drive against a damper or a film is as wrong as its force, and with it the balance of energies.
-    fn inner_error(&self, accelerations: &[f64], of_polynomial: &[f64]) -> f64 {
+    fn inner_error(&self, error: &[f64], of_polynomial: &[f64], rate: f64) -> f64 {
         let scales = &self.motion.mechanism.scales;
-        let (mut error, mut size) = (0.0_f64, scales.speed.powi(2) / scales.length);
-        for ((a, expected), lever) in accelerations.iter().zip(of_polynomial).zip(&scales.levers) {
-            error = error.max((lever * (a - expected)).abs());
-            size = size.max((lever * expected).abs());
-        }
-        error / (self.balance.limit * size)
+        // A start that is off its slow motion, but within the tolerance, need not be resolved.
+        let of_start = self.start_acceleration.min(self.phases.tolerances.velocity * rate);
+        let size = scales.largest_acceleration(of_polynomial).max(of_start);
+        scales.largest(error) / (self.balance.limit * size)
     }
 
     fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> Result<f64, Status> {

@@ -294,6 +294,18 @@ pub struct Scales {
     pub contacts: Vec<ContactScales>,
 }
 
+impl Scales {
+    /// Largest of rates of the coordinates times their levers.
+    pub fn largest(&self, of: &[f64]) -> f64 {
+        of.iter().zip(&self.levers).map(|(x, lever)| (x * lever).abs()).fold(0.0, f64::max)
+    }
+
+    /// The same of accelerations, or that of the mechanism if it is larger [m/s²].
+    pub fn largest_acceleration(&self, of: &[f64]) -> f64 {
+        self.largest(of).max(self.speed.powi(2) / self.length)
+    }
+}
+
 /// Scales of a contact that rests under the load of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactScales {

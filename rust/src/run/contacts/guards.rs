@@ -35,6 +35,8 @@ pub(crate) struct StepDemands {
     pub(crate) velocity_refinement: f64,
     /// Factor by which all tolerances of the step must be divided.
     pub(crate) caution: f64,
+    /// Largest rate at which the damping of a contact brakes at the start of the step [1/s].
+    pub(crate) braking_rate: f64,
     /// Sliding velocity of every clearance joint with friction at the start of the step [m/s]; `None` where
     /// there is no normal force.
     pub(crate) slides: Vec<Option<f64>>,
@@ -51,6 +53,7 @@ impl StepDemands {
             next_break: f64::NEG_INFINITY,
             velocity_refinement: 1.0,
             caution: 1.0,
+            braking_rate: 0.0,
             slides: vec![None; joints],
             breaks_away: false,
         }

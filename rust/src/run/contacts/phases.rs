@@ -144,6 +144,7 @@ impl<'a> Phases<'a> {
         }
         self.demands.bound = f64::INFINITY;
         (self.demands.velocity_refinement, self.demands.caution) = (1.0, 1.0);
+        self.demands.braking_rate = 0.0;
         for index in 0..motion.mechanism.slots.len() {
             self.watch_joint(motion, balance, t, index);
         }
@@ -163,6 +164,11 @@ impl<'a> Phases<'a> {
         log.deepest[index] = log.deepest[index].max(state.penetration);
         balance.watch_slide(motion, index, &state);
         demands.slides[index] = None;
+        if let Phase::Contact { latch, clipped: false, .. } = phase {
+            let mass = motion.mechanism.scales.contacts[index].mass;
+            let rate = joint.law.normal.damping_in(&state, latch) / mass;
+            demands.braking_rate = demands.braking_rate.max(rate);
+        }
         if presses && joint.law.is_steep(phase) {
             demands.slides[index] = Some(state.sliding_velocity);
             demands.refine_velocity(motion, tolerances, index, &state);
