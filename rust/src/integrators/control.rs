@@ -235,6 +235,7 @@ impl Run<'_> {
         let step = self.method.step();
         // A step that is shorter than the time in which its stiffest force brakes resolves that force.
         step.is_corrected = step.damping > 1.0 && h * self.braking_rate > 1.0;
+        self.system.attempted(step);
         finite
     }
 

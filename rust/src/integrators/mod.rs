@@ -87,6 +87,9 @@ pub trait HybridSystem {
         0.0
     }
 
+    /// Learns whether states inside the step just attempted are corrected, before its guards.
+    fn attempted(&mut self, _step: &DenseStep) {}
+
     /// Corrects the state of the polynomial of a step at `t + theta h` so that its accelerations are those of the
     /// polynomial.
     fn correct(&mut self, _step: &DenseStep, _theta: f64, _q: &mut [f64], _v: &mut [f64]) {}

@@ -161,6 +161,10 @@ impl HybridSystem for System<'_> {
         if self.has_dampers { f64::INFINITY } else { self.phases.demands.braking_rate }
     }
 
+    fn attempted(&mut self, step: &DenseStep) {
+        self.phases.demands.is_corrected = step.is_corrected;
+    }
+
     fn correct(&mut self, step: &DenseStep, theta: f64, q: &mut [f64], v: &mut [f64]) {
         self.motion.visit_inside(|motion| motion.correct(step, theta, q, v));
     }

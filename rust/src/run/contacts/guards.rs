@@ -37,6 +37,8 @@ pub(crate) struct StepDemands {
     pub(crate) caution: f64,
     /// Largest rate at which the damping of a contact brakes at the start of the step [1/s].
     pub(crate) braking_rate: f64,
+    /// Whether states inside the present step are corrected.
+    pub(crate) is_corrected: bool,
     /// Sliding velocity of every clearance joint with friction at the start of the step [m/s]; `None` where
     /// there is no normal force.
     pub(crate) slides: Vec<Option<f64>>,
@@ -54,6 +56,7 @@ impl StepDemands {
             velocity_refinement: 1.0,
             caution: 1.0,
             braking_rate: 0.0,
+            is_corrected: false,
             slides: vec![None; joints],
             breaks_away: false,
         }
@@ -85,7 +88,7 @@ impl StepDemands {
                 Some(neighbor) if !is_beyond => guard_of_ends(dynamics, joint, neighbor, gap),
                 _ => gap,
             },
-            tension_guard(motion, tolerances, index, &state, &ends),
+            tension_guard(motion, tolerances, self.is_corrected, index, &state, &ends),
         ]
     }
 
@@ -179,6 +182,7 @@ fn guard_of_ends(dynamics: &Dynamics, slot: &ContactSlot, neighbor: &Neighbor, g
 fn tension_guard(
     motion: &Motion,
     tolerances: &Tolerances,
+    is_corrected: bool,
     index: usize,
     state: &ContactState<f64>,
     [journal, bearing]: &[PointState; 2],
@@ -198,8 +202,10 @@ fn tension_guard(
     // Rounding error of the difference of two velocities, and part of the tolerance: with strong damping
     // the ratio stays near zero for long, and its noise must not count as events.
     let rounding = ROUNDING * (journal.velocity.abs().sum() + bearing.velocity.abs().sum());
-    let resolution = ROUNDING_OF_CHAIN
-        + slope * (rounding + RATIO_PART * tolerances.damped(law, motion.dynamics.phases[index]));
+    // Corrected states balance the forces.
+    let of_velocity =
+        if is_corrected { 0.0 } else { RATIO_PART * tolerances.damped(law, motion.dynamics.phases[index]) };
+    let resolution = ROUNDING_OF_CHAIN + slope * (rounding + of_velocity);
     Guard {
         value: if clipped { -ratio } else { ratio },
         rate: f64::NAN,
