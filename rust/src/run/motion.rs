@@ -131,7 +131,7 @@ impl<'a> Motion<'a> {
         change.fill(0.0);
         sum.fill(0.0);
         let scales = &self.mechanism.scales;
-        let (diagonal, allowed) = (step.diagonal(), CORRECTED * scales.largest_acceleration(&expected));
+        let (diagonal, allowed) = (step.diagonal(), CORRECTED * self.largest_acceleration(&expected));
         let mut least = f64::INFINITY;
         for _ in 0..CORRECTIONS {
             let exists = self.dynamics.acceleration(step.instant(theta), q, v, &mut a);
@@ -159,6 +159,12 @@ impl<'a> Motion<'a> {
         }
         self.a = a;
         self.scratch = [expected, change, sum];
+    }
+
+    /// Largest acceleration of these or of the scales of the mechanism [m/s²].
+    pub(crate) fn largest_acceleration(&self, a: &[f64]) -> f64 {
+        let scales = &self.mechanism.scales;
+        scales.largest(a).max(scales.speed.powi(2) / scales.length)
     }
 
     /// Computes all that `needs` names for the state in `self.q`, `self.v`.

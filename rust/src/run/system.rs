@@ -119,7 +119,7 @@ impl HybridSystem for System<'_> {
         self.motion.dynamics.accelerate(a);
         self.phases.watch(&mut self.motion, &mut self.balance, t);
         if self.braking_rate() > 0.0 {
-            self.start_acceleration = self.motion.mechanism.scales.largest_acceleration(a);
+            self.start_acceleration = self.motion.largest_acceleration(a);
         }
         self.balance.begin(t);
     }
@@ -171,11 +171,10 @@ impl HybridSystem for System<'_> {
 
     /// The power of a drive against a damper or a film is as wrong as its force, and with it the balance of energies.
     fn inner_error(&self, error: &[f64], of_polynomial: &[f64], rate: f64) -> f64 {
-        let scales = &self.motion.mechanism.scales;
         // A start that is off its slow motion, but within the tolerance, need not be resolved.
         let of_start = self.start_acceleration.min(self.phases.tolerances.velocity * rate);
-        let size = scales.largest_acceleration(of_polynomial).max(of_start);
-        scales.largest(error) / (self.balance.limit * size)
+        let size = self.motion.largest_acceleration(of_polynomial).max(of_start);
+        self.motion.mechanism.scales.largest(error) / (self.balance.limit * size)
     }
 
     fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> Result<f64, Status> {

@@ -299,11 +299,6 @@ impl Scales {
     pub fn largest(&self, of: &[f64]) -> f64 {
         of.iter().zip(&self.levers).map(|(x, lever)| (x * lever).abs()).fold(0.0, f64::max)
     }
-
-    /// The same of accelerations, or that of the mechanism if it is larger [m/s²].
-    pub fn largest_acceleration(&self, of: &[f64]) -> f64 {
-        self.largest(of).max(self.speed.powi(2) / self.length)
-    }
 }
 
 /// Scales of a contact that rests under the load of the scene.

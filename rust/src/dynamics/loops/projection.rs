@@ -89,14 +89,17 @@ impl Dynamics<'_> {
 
     /// What the gaps and gap rates are, after [`Dynamics::acceleration`].
     fn gaps(&self, q: &[f64], v: &[f64], scales: &Scales) -> Gaps {
+        let largest = |of: &[f64]| {
+            of.iter().zip(&scales.levers).map(|(x, lever)| (x * lever).abs()).fold(0.0, f64::max)
+        };
         // The rounding error of a large angle counts at the size of the mechanism. The velocity of a point
         // may be a sum of much larger terms, whose rounding errors count.
-        let (size, speed) = (scales.length + scales.largest(q), scales.speed + scales.largest(v));
+        let (size, speed) = (scales.length + largest(q), scales.speed + largest(v));
         // Gap rates per gap.
         let at = |pivot: f64| speed / scales.length / pivot.sqrt();
         let loops = &self.loops;
         let passes = loops.nearly_dependent
-            && scales.largest(v).powi(2) * loops.weakest_pivot
+            && largest(v).powi(2) * loops.weakest_pivot
                 <= NEARLY_DEPENDENT.sqrt() * scales.speed * scales.speed;
         let (here, left) = if passes {
             (at(loops.weakest_pivot.max(DAMPING)), at(DAMPING))
