@@ -296,7 +296,6 @@ fn impossible_settings_are_refused_all_at_once() {
         // The table of the motor ends at 2 s.
         (Settings::new(2.5, 2), &["duration"][..]),
         (Settings { skip: 1.5, ..short() }, &["duration"]),
-        (Settings { skip: -1.0, ..short() }, &["skip"]),
         (
             Settings {
                 features: vec![feature(FeatureKind::Peak, "arm.xx"), feature(FeatureKind::Wear, "pivot")],
