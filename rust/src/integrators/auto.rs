@@ -36,8 +36,6 @@ const SHORT_STAY: u32 = 10;
 /// with every repetition until the Rosenbrock method is kept. Without this pause, methods of equal cost
 /// alternate every few steps.
 const PAUSE: u32 = 20;
-const LONGEST_PAUSE: u32 = 320;
-
 /// The Adams method and a Rosenbrock method, one of them active.
 #[derive(Clone, Debug)]
 pub struct Auto {
@@ -77,7 +75,7 @@ impl Auto {
     /// Starts a pause, twice as long as the previous one.
     fn pause(&mut self) {
         self.pause = self.next_pause;
-        self.next_pause = (2 * self.next_pause).min(LONGEST_PAUSE);
+        self.next_pause = self.next_pause.saturating_mul(2);
     }
 
     /// Whether the other method takes the next step, after a step to a state.

@@ -4,7 +4,7 @@ use crate::integrators::events::{EventFinder, Guard};
 use crate::integrators::{
     HybridSystem, Limits, NextLimits, Outcome, Projection, StateAt, Stats, Status, Stepper,
 };
-use crate::numerics::accuracy::ROUNDING_OF_CHAIN;
+use crate::numerics::accuracy::{HALF_DIGITS, ROUNDING_OF_CHAIN};
 use crate::numerics::logarithm::power;
 
 /// Parts of a step at which its polynomial is judged: at one of them the error of a method may vanish (in the middle that
@@ -17,22 +17,14 @@ const FAILURE_FACTOR: f64 = 0.1;
 const SAFETY: f64 = 0.9;
 const SMALLEST_FACTOR: f64 = 1.0 / 6.0;
 const LARGEST_FACTOR: f64 = 5.0;
-/// The same for a multistep method, besides: its error depends on the lengths of several steps. Without it,
-/// 3 % more evaluations on the mechanisms of `docs/decisions.md`.
-const MULTISTEP_SAFETY: f64 = 0.9;
 /// Least growth of the steps of a multistep method. 1.0 to 1.5 need the same evaluations; 1.2 rejects fewer
 /// steps than 1.0.
 const LEAST_GROWTH: f64 = 1.2;
 /// Accepted steps after a restart whose successors are chosen from the present error alone: the predictive
 /// controller would compare with a step of the previous phase.
 const UNPREDICTED_STEPS: usize = 2;
-/// Error relative to the tolerance below which a step gives no prediction for the next one, except that it
-/// may be longer.
+/// Error relative to the tolerance below which a step gives no prediction for the next one, except that it may be longer.
 const LEAST_ERROR: f64 = 1e-8;
-/// The shortest step is a few roundings of the time. Close to time zero, where the time has no rounding
-/// error, this part of the remaining duration takes its place.
-const EARLIEST: f64 = 1e-8;
-
 /// Largest [`DenseStep::damping`] of a step across a kink of the accelerations. With more damping, both the
 /// step and its error estimate follow the Jacobian from before the kink, and neither notices that the
 /// acceleration has changed. Tuned on contacts that change from sticking to sliding, the slider-cranks of
@@ -218,7 +210,7 @@ impl Run<'_> {
     /// Shortest step that still advances the time. It depends on the present time: a contact at the
     /// start of a run of hours may need steps shorter than the rounding of its final time.
     fn shortest(&self) -> f64 {
-        let time = self.t.abs().max(EARLIEST * (self.end - self.t).abs());
+        let time = self.t.abs().max(HALF_DIGITS * (self.end - self.t).abs());
         (ROUNDING_OF_CHAIN * time).max(f64::MIN_POSITIVE)
     }
 
@@ -447,7 +439,8 @@ impl Run<'_> {
         let largest_growth = limits.largest_growth.max(1.0);
         let factor = match limits.possible_growth {
             Some(growth) => {
-                let factor = (MULTISTEP_SAFETY * SAFETY * self.refined(growth, error)).min(largest_growth);
+                // Twice: its error depends on the lengths of several steps.
+                let factor = (SAFETY * SAFETY * self.refined(growth, error)).min(largest_growth);
                 // A multistep method keeps the length of its steps unless they may grow clearly: differences at
                 // equal distances tell the error best.
                 if factor > 1.0 && factor < LEAST_GROWTH { 1.0 } else { factor.max(SMALLEST_FACTOR) }

@@ -18,10 +18,6 @@ use crate::scene::parts::{Scene, Start, length_scale};
 use crate::tree::elements::{Realization, Scales, State, Tree};
 use crate::tree::kinematics::FrameKind;
 
-/// Residual of the closures relative to the size of the mechanism that counts as assembled:
-/// a few hundred rounding errors, far below any clearance that could be simulated.
-const CLOSED: f64 = 1e-13;
-
 /// An assembled mechanism.
 pub(crate) struct Assembled {
     pub(crate) start: State,
@@ -107,7 +103,7 @@ fn close_nearest(
     conditions.open_plays(dynamics, Level::Position);
     follow_drivers(dynamics, conditions, &mut guess);
     let (q, residual) = close_from(dynamics, conditions, &guess);
-    let tolerance = CLOSED * conditions.length;
+    let tolerance = ROUNDING_OF_SOLUTION * conditions.length;
     let closes = |residual: f64| residual <= tolerance;
     // The search for nearer poses knows of no couplings.
     if closes(residual) && conditions.couplings(dynamics.tree, Level::Position).next().is_some() {
@@ -169,7 +165,7 @@ fn close_from(dynamics: &mut Dynamics, conditions: &Conditions, guess: &[f64]) -
     let mut q = guess.to_vec();
     slide_together(dynamics, conditions, &mut q);
     let mut residual = close_positions(dynamics, conditions, &mut q);
-    if residual.is_nan() || residual > CLOSED * conditions.length {
+    if residual.is_nan() || residual > ROUNDING_OF_SOLUTION * conditions.length {
         // From the translated position Newton's method may stall where the initial guess does not.
         q.copy_from_slice(guess);
         residual = close_positions(dynamics, conditions, &mut q);
@@ -208,7 +204,7 @@ fn two_ways(dynamics: &mut Dynamics, scene: &Scene, q: &[f64], other: &[f64]) ->
 fn check_directions(tree: &Tree, dynamics: &Dynamics, length: f64) -> Result<(), InputError> {
     let lost = tree.links.iter().filter(|link| {
         let [a, b] = link.points.map(|point| dynamics.point(point).position);
-        link.indistinct > 0.0 && (b - a).norm() <= CLOSED * length
+        link.indistinct > 0.0 && (b - a).norm() <= ROUNDING_OF_SOLUTION * length
     });
     let problems: Vec<Problem> = lost
         .map(|link| {

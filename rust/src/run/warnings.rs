@@ -3,6 +3,7 @@
 use crate::contact::pair::Surfaces;
 use crate::error::Notice;
 use crate::mechanism::compiled::Mechanism;
+use crate::numerics::accuracy::ROUNDING_OF_SOLUTION;
 use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::{Event, EventKind, Place};
 use crate::run::tolerances::Tolerances;
@@ -11,9 +12,6 @@ use crate::run::work::balance::Balance;
 /// Penetration relative to the journal radius beyond which contact laws, which assume a small contact area,
 /// do not hold. Impacts of the paper's mechanism reach 1e-3; a jammed mechanism exceeds 1.
 const DEEP: f64 = 0.02;
-/// Resting penetration relative to the size of the mechanism below which rounding errors of the
-/// positions (1e-16) matter: the paper's mechanism reaches it at 0.02 r/min.
-const FINE_PENETRATION: f64 = 2e-12;
 /// Part of the time under load below the stick velocity beyond which a contact is taken to creep; reversals
 /// of its sliding take less. Measured: 1e-4 to 0.01 in the paper's mechanism at 100 to 5000 r/min, 0.02 and
 /// 0.03 in pendulums that swing in a bearing. Where the contact sticks: 0.11 at 10 r/min, 0.11 to 0.19 and
@@ -150,7 +148,7 @@ pub(crate) fn of_scene(mechanism: &Mechanism) -> Vec<Notice> {
             out_of_range.map(|text| Notice::of_joint("law_out_of_range", &joint.name, Vec::new(), text)),
         );
         let resting = scales.resting_penetration;
-        if resting < FINE_PENETRATION * mechanism.scales.length {
+        if resting < ROUNDING_OF_SOLUTION * mechanism.scales.length {
             let what = format!(
                 "under the load of the start the contact rests at a penetration of {resting:.1e} m, too close to the \
                  rounding errors of positions: its contact changes may be numerical noise; do not rely on their \

@@ -22,14 +22,7 @@ use std::f64::consts::PI;
 use std::fmt;
 
 use crate::numerics::memory::filled;
-
-/// Columns processed at a time, so that the rows being summed stay in the first-level cache. Tuned on
-/// 1441 to 92224 columns of 16 and 216 terms: the time is the same from 64 to 512, and up to 1.6 times as
-/// long at 8192. Results do not depend on it.
-const COLUMN_BLOCK: usize = 256;
-
-/// Points evaluated at a time, which limits the memory for the products of polynomials.
-const POINT_BLOCK: usize = 64;
+use crate::study::BLOCK;
 
 /// Most nodes per parameter; more would only exhaust the memory.
 pub const MOST_NODES: usize = 10_000;
@@ -199,16 +192,14 @@ pub fn evaluate(polynomials: &Polynomials, points: &[f64]) -> Result<Vec<f64>, G
     }
 
     let mut values = zeros(points.len() / parameters * columns)?;
-    let mut products = Vec::with_capacity(POINT_BLOCK * terms);
-    for (batch, targets) in
-        points.chunks(POINT_BLOCK * parameters).zip(values.chunks_mut(POINT_BLOCK * columns))
-    {
+    let mut products = Vec::with_capacity(BLOCK * terms);
+    for (batch, targets) in points.chunks(BLOCK * parameters).zip(values.chunks_mut(BLOCK * columns)) {
         products.clear();
         for point in batch.chunks_exact(parameters) {
             append_products(&mut products, point, degrees);
         }
-        for start in (0..columns).step_by(COLUMN_BLOCK) {
-            let end = columns.min(start + COLUMN_BLOCK);
+        for start in (0..columns).step_by(BLOCK) {
+            let end = columns.min(start + BLOCK);
             for (factors, target) in products.chunks_exact(terms).zip(targets.chunks_exact_mut(columns)) {
                 // Highest terms first: small numbers are added before the large ones. Measured on
                 // two smooth functions with 13³ terms: a quarter to a sixth of the rounding error.
@@ -294,16 +285,16 @@ fn fit_axis(values: &[f64], nodes: usize, degree: usize, inner: usize) -> Result
     let outer = values.len() / (nodes * inner);
 
     let mut coefficients = zeros(outer * terms * inner)?;
-    let mut sums = vec![0.0; pairs * COLUMN_BLOCK];
-    let mut differences = vec![0.0; pairs * COLUMN_BLOCK];
+    let mut sums = vec![0.0; pairs * BLOCK];
+    let mut differences = vec![0.0; pairs * BLOCK];
     for o in 0..outer {
-        for start in (0..inner).step_by(COLUMN_BLOCK) {
-            let width = COLUMN_BLOCK.min(inner - start);
+        for start in (0..inner).step_by(BLOCK) {
+            let width = BLOCK.min(inner - start);
             for j in 0..pairs {
                 let first = &values[(o * nodes + j) * inner + start..][..width];
                 let last = &values[(o * nodes + nodes - 1 - j) * inner + start..][..width];
-                let sum = &mut sums[j * COLUMN_BLOCK..][..width];
-                let difference = &mut differences[j * COLUMN_BLOCK..][..width];
+                let sum = &mut sums[j * BLOCK..][..width];
+                let difference = &mut differences[j * BLOCK..][..width];
                 for column in 0..width {
                     sum[column] = first[column] + last[column];
                     difference[column] = first[column] - last[column];
@@ -313,7 +304,7 @@ fn fit_axis(values: &[f64], nodes: usize, degree: usize, inner: usize) -> Result
                 let folded = if i % 2 == 0 { &sums } else { &differences };
                 let target = &mut coefficients[(o * terms + i) * inner + start..][..width];
                 for j in 0..pairs {
-                    add_scaled(target, weights[i * pairs + j], &folded[j * COLUMN_BLOCK..][..width]);
+                    add_scaled(target, weights[i * pairs + j], &folded[j * BLOCK..][..width]);
                 }
             }
         }

@@ -6,15 +6,12 @@
 //! Source: `[Garloff1986]`. Rounding errors are bounded by the standard model of floating-point arithmetic,
 //! with a margin of a factor of two.
 
+use crate::study::BLOCK;
 use crate::study::bernstein::{Axis, LANES, Lanes, MOST_DEGREE};
 use crate::study::branch_and_bound::{End, Polynomial, Search};
 use crate::study::chebyshev::{GridError, Polynomials};
 use crate::study::pool::in_parallel;
 use crate::study::sweep::Monitor;
-
-/// Least number of coefficients, and largest number of columns, of a task of one thread.
-const TASK_COEFFICIENTS: usize = 8192;
-const TASK_COLUMNS: usize = 8 * LANES;
 
 /// Largest coefficient; with larger ones the sums of the transformation could overflow.
 const LARGEST: f64 = 1e280;
@@ -78,7 +75,7 @@ pub fn watched_ranges(
     threads: Option<usize>,
     monitor: Monitor,
 ) -> Result<Option<Ranges>, GridError> {
-    let &Polynomials { coefficients, columns, degrees, terms } = polynomials;
+    let &Polynomials { coefficients, columns, degrees, .. } = polynomials;
     if let Some(axis) = degrees.iter().position(|&degree| degree > MOST_DEGREE) {
         return Err(GridError::new(format!(
             "axis {axis} has degree {}: a certified range is found up to degree {MOST_DEGREE}",
@@ -94,9 +91,8 @@ pub fn watched_ranges(
     }
 
     let form = Form::new(degrees);
-    let width = (TASK_COEFFICIENTS / terms / LANES * LANES).clamp(LANES, TASK_COLUMNS);
     let task = |index: usize| {
-        let (start, end) = (index * width, columns.min((index + 1) * width));
+        let (start, end) = (index * BLOCK, columns.min((index + 1) * BLOCK));
         let mut ranges = Ranges::default();
         let mut workspace = Workspace::default();
         for first in (start..end).step_by(LANES) {
@@ -110,7 +106,7 @@ pub fn watched_ranges(
         ranges.boxes = workspace.search.boxes;
         Some(ranges)
     };
-    let blocks = in_parallel(columns.div_ceil(width), threads, task)?;
+    let blocks = in_parallel(columns.div_ceil(BLOCK), threads, task)?;
     Ok(blocks.map(|blocks| {
         let mut all = Ranges::default();
         blocks.into_iter().for_each(|block| all.append(block));

@@ -5,7 +5,7 @@ use crate::integrators::events::Guard;
 use crate::integrators::{StateAt, Status};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::accuracy::{HALF_DIGITS, NEWTON_STEPS, ROUNDING, ROUNDING_OF_CHAIN};
-use crate::run::contacts::guards::{ONSET_PART, RATIO_PART};
+use crate::run::contacts::guards::{OVERSHOOT, RATIO_PART};
 use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::{Event, EventKind, Place};
 use crate::run::motion::Motion;
@@ -155,7 +155,7 @@ pub(crate) fn dry_guard(
     } else {
         let tolerance = velocity_tolerance(motion, tolerances, index);
         let rounding = ROUNDING * velocity.abs();
-        (traction.direction * velocity, rounding + RATIO_PART * tolerance, ONSET_PART * tolerance)
+        (traction.direction * velocity, rounding + RATIO_PART * tolerance, OVERSHOOT * tolerance)
     };
     Guard { value, rate: f64::NAN, margin: 0.0, resolution, overshoot: overshoot.max(8.0 * resolution) }
 }

@@ -18,8 +18,8 @@ use crate::tree::kinematics::PointState;
 pub(super) const RATIO_PART: f64 = 0.1;
 /// Ratio of normal to elastic force, of order one, below which the guard is searched inside a step.
 const RATIO_MARGIN: f64 = 0.25;
-/// Largest penetration at a located onset, as a part of the position tolerance.
-pub(super) const ONSET_PART: f64 = 1e-2;
+/// Largest distance beyond its place at which a step may end on an event, as a part of the tolerance.
+pub(super) const OVERSHOOT: f64 = 1e-2;
 
 /// Guards of a clearance joint: the gap, and the sign of the normal force.
 pub(crate) const GUARDS: usize = 2;
@@ -163,7 +163,7 @@ fn gap_guard(
         rate: sign * state.penetration_rate,
         margin: 0.0,
         resolution,
-        overshoot: (8.0 * resolution).max(ONSET_PART * tolerances.position),
+        overshoot: (8.0 * resolution).max(OVERSHOOT * tolerances.position),
     }
 }
 

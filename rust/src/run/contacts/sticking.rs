@@ -7,7 +7,7 @@ use crate::integrators::events::Guard;
 use crate::numerics::accuracy::{ROUNDING, ROUNDING_OF_CHAIN};
 use crate::numerics::instant::Instant;
 use crate::run::contacts::EventKind;
-use crate::run::contacts::guards::{ONSET_PART, RATIO_PART, gap_resolution};
+use crate::run::contacts::guards::{OVERSHOOT, RATIO_PART, gap_resolution};
 use crate::run::motion::Motion;
 use crate::run::tolerances::Tolerances;
 use crate::tree::kinematics::perp;
@@ -85,7 +85,7 @@ fn stick_guard(
     } else {
         let rounding = ROUNDING * ends.iter().map(|end| end.velocity.abs().sum()).sum::<f64>();
         let slider = traction.direction * dynamics.slider_velocity(slot, phase, &traction);
-        (slider, rounding + RATIO_PART * tolerances.velocity, ONSET_PART * tolerances.velocity)
+        (slider, rounding + RATIO_PART * tolerances.velocity, OVERSHOOT * tolerances.velocity)
     };
     Guard { value, rate: f64::NAN, margin: 0.0, resolution, overshoot: overshoot.max(8.0 * resolution) }
 }

@@ -3,15 +3,12 @@
 use crate::dynamics::{SwitchDistance, Uncertainty};
 use crate::integrators::events::Guard;
 use crate::integrators::{StateAt, Status};
+use crate::run::contacts::guards::OVERSHOOT;
 use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::{Event, EventKind, Place};
 use crate::run::motion::Motion;
 use crate::run::tolerances::Tolerances;
 use crate::tree::loads::LawOf;
-
-/// Largest distance beyond the place of a switch at which a step may end, as a part of what the tolerances leave
-/// undetermined.
-const OVERSHOOT_PART: f64 = 1e-2;
 
 /// The guard of a switch in the state of the frames inside the step or at its end: zero where the force changes its form.
 pub(crate) fn switch_guard(motion: &Motion, tolerances: &Tolerances, is_inside: bool, index: usize) -> Guard {
@@ -33,7 +30,7 @@ pub(crate) fn switch_guard(motion: &Motion, tolerances: &Tolerances, is_inside: 
         rate,
         margin: 0.0,
         resolution: rounding,
-        overshoot: (8.0 * rounding).max(OVERSHOOT_PART * error),
+        overshoot: (8.0 * rounding).max(OVERSHOOT * error),
     }
 }
 

@@ -4,10 +4,11 @@
 //! integration. It needs the powers at four instants inside the step, half of the work of a run. Unless
 //! outputs ask for energies, only a random sample of the steps is therefore checked: each is drawn with
 //! a known probability p, and its gap is weighted with 1/p. At tight tolerances nearly all of the error
-//! arises in steps in which the sliding velocity of a contact changes where its friction law is steep
-//! (docs/decisions.md), so p depends on that change, and on the last gaps; elsewhere p is in proportion to
-//! the error estimate of the step, which gaps follow, and as small as the sampling error of the sum allows.
+//! arises in steps in which the friction law of a contact is steep and stiff (docs/decisions.md): there p follows the last
+//! gaps. Elsewhere it is in proportion to the error estimate of the step, which gaps follow, and as small as the sampling
+//! error of the sum allows.
 
+use crate::contact::friction::FrictionLaw;
 use crate::contact::pair::{ContactState, Phase, SlidingVelocity};
 use crate::integrators::dense::DenseStep;
 use crate::mechanism::compiled::Mechanism;
@@ -22,17 +23,12 @@ use crate::run::work::{GAUSS, GAUSS_OF_SHORT};
 const LARGEST_GAP: [f64; 2] = [1e-3, 1e-2];
 /// Least probability with which a step is checked: without and with stiff friction.
 const LEAST: [f64; 2] = [1.0 / 64.0, 1.0 / 16.0];
-/// Without stiff friction: standard deviation that the sampled sum may have, relative to the largest
-/// error without a warning, and, once the sum is known to be larger, to the sum itself.
-const ALLOWED_DEVIATION: [f64; 2] = [0.3, 0.5];
+/// Without stiff friction: standard deviation that the sampled sum may have, relative to the largest error without a warning
+/// and, once the sum is known to be larger, to the sum itself.
+const ALLOWED_DEVIATION: f64 = 0.3;
 /// With stiff friction, where gaps are too uneven for a variance: recent gap, relative to the largest
 /// energy, from which every step is checked.
 const ALWAYS_CHECKED_GAP: f64 = 4e-6;
-/// Friction is stiff in a step if its length times the rate at which friction damps the sliding exceeds this.
-const STIFF: f64 = 1.0;
-/// Change of the sliding velocity over a step with stiff friction from which the step is always checked,
-/// relative to the velocity above which friction is constant.
-const ALWAYS_CHECKED_CHANGE: f64 = 0.1;
 /// Factor by which the recent gap with stiff friction, and the recent squares without, decay from one checked
 /// step to the next.
 const MEMORY: f64 = 0.9;
@@ -55,8 +51,8 @@ pub(crate) struct Balance {
     run: [f64; 2],
     /// Part of the run that has passed.
     passed: f64,
-    /// Friction of the joints there.
-    slides: Vec<Slide>,
+    /// Rates at which steep friction damps the sliding of the contacts there [1/s]; zero where it is not steep.
+    damping: Vec<f64>,
     /// Recent gap of a step with stiff friction [J].
     recent_gap: f64,
     /// Without it: energy gaps divided by error estimates, of steps that are short against the oscillations of the
@@ -79,16 +75,6 @@ pub(crate) struct Balance {
     sizes: [f64; 2],
     /// Instant and energies of the end of the last checked step.
     checked: Option<(f64, Stored)>,
-}
-
-/// Sliding of a contact.
-#[derive(Clone, Copy, Debug)]
-struct Slide {
-    /// Sliding velocity relative to that above which friction is constant, limited to ±1; 1 without a normal
-    /// force.
-    velocity: f64,
-    /// Largest rate at which friction damps the sliding [1/s].
-    rate: f64,
 }
 
 /// The chance of a step to be checked.
@@ -178,7 +164,7 @@ impl Balance {
             run: [begin, settings.skip + settings.duration],
             limit: settings.rtol.clamp(least, most),
             least_rounding: ROUNDING_OF_SOLUTION * mechanism.energy_scale(),
-            slides: vec![Slide { velocity: 1.0, rate: 0.0 }; mechanism.slots.len()],
+            damping: vec![0.0; mechanism.slots.len()],
             ..Self::default()
         }
     }
@@ -188,10 +174,9 @@ impl Balance {
         let needed = if stiff {
             self.recent_gap / (ALWAYS_CHECKED_GAP * self.largest)
         } else {
-            let [of_limit, of_sum] = ALLOWED_DEVIATION;
             // A sum that is not yet known to be too large may still be within the limit.
-            let of_sum = if self.is_off() { of_sum * self.gap.sum.abs() } else { 0.0 };
-            let allowed = (of_limit * self.limit * self.largest).max(of_sum);
+            let known = if self.is_off() { self.gap.sum.abs() } else { 0.0 };
+            let allowed = ALLOWED_DEVIATION * (self.limit * self.largest).max(known);
             let ratio = &mut self.ratios[usize::from(short)];
             ratio.sum += error;
             let gap = ratio.rate.map_or(f64::NAN, |rate| rate * error);
@@ -205,14 +190,14 @@ impl Balance {
         self.chance = Chance { stiff, short, error, probability };
     }
 
-    /// Whether the present step is drawn with a probability.
-    fn draws(&self, probability: f64) -> bool {
-        (self.steps as f64 * GOLDEN).fract() < probability
+    /// Whether the present step is drawn.
+    fn is_drawn(&self) -> bool {
+        (self.steps as f64 * GOLDEN).fract() < self.chance.probability
     }
 
-    /// Whether friction is stiff in a step of this length, judged at its start.
+    /// Whether friction is stiff in a step of this length, judged at its start: it damps the sliding in less time.
     fn is_stiff(&self, h: f64) -> bool {
-        self.slides.iter().any(|slide| slide.velocity.abs() < 1.0 && slide.rate * h > STIFF)
+        self.damping.iter().any(|rate| rate * h > 1.0)
     }
 
     /// Whether the error of the balance is too large.
@@ -225,9 +210,9 @@ impl Balance {
         self.sizes[1] > self.sizes[0]
     }
 
-    /// Adds a step that was drawn with a probability.
-    fn add(&mut self, start: &Account, end: &Account, probability: f64) {
-        let Chance { stiff, short, error, .. } = self.chance;
+    /// Adds a step that was drawn.
+    fn add(&mut self, start: &Account, end: &Account) {
+        let Chance { stiff, short, error, probability } = self.chance;
         let stored = |account: &Account| {
             let Stored { kinetic, potential, contact } = account.stored;
             kinetic + potential + contact
@@ -272,31 +257,32 @@ impl Balance {
         self.checked = None;
     }
 
-    /// Records how a contact slides at the start of a step.
+    /// Records how friction damps the sliding of a contact at the start of a step.
     pub(crate) fn watch_slide(&mut self, motion: &Motion, index: usize, state: &ContactState<f64>) {
-        self.slides[index] = Slide::of(motion, index, state);
+        let joint = &motion.mechanism.slots[index];
+        let presses = matches!(motion.dynamics.phases[index], Phase::Contact { clipped: false, .. });
+        let ContactState { penetration, sliding_velocity, normal_force, .. } = *state;
+        let steep = |law: &&FrictionLaw| presses && sliding_velocity.abs() < law.steep_until();
+        self.damping[index] = joint.law.friction.as_ref().filter(steep).map_or(0.0, |law| {
+            // Ratio of the sliding velocity in the friction law to the relative velocity.
+            let ratio = match joint.law.sliding {
+                SlidingVelocity::Surface => 1.0,
+                SlidingVelocity::ContactPoint => penetration / (penetration + joint.law.clearance),
+            };
+            ratio * law.steepness() * normal_force / motion.mechanism.scales.contacts[index].mass
+        });
     }
 
     /// Whether an accepted step may be checked; comes before [`Balance::accepted`].
     pub(crate) fn may_check(&mut self, step: &DenseStep, motion: &Motion) -> bool {
-        let stiff = self.is_stiff(step.h);
         // Outputs need the work of every step anyway.
-        self.judge(motion.counts_work, stiff, step.is_short, velocity_error(step, motion));
-        stiff || self.draws(self.chance.probability)
+        self.judge(motion.counts_work, self.is_stiff(step.h), step.is_short, velocity_error(step, motion));
+        self.is_drawn()
     }
 
     /// Adds the work and the gap of an accepted step, if it is drawn.
     pub(crate) fn accepted(&mut self, step: &DenseStep, motion: &mut Motion) {
-        let Chance { stiff, mut probability, .. } = self.chance;
-        if stiff && probability < 1.0 {
-            motion.move_to_end(step);
-            for (index, start) in self.slides.iter().enumerate() {
-                let state = motion.dynamics.contact_state(index);
-                let change = Slide::of(motion, index, &state).velocity - start.velocity;
-                probability = probability.max(change.abs() / ALWAYS_CHECKED_CHANGE);
-            }
-        }
-        if self.draws(probability) {
+        if self.is_drawn() {
             let known = self.checked.take().filter(|(t, _)| *t == step.t);
             let start = match known {
                 Some((_, stored)) => Account::beside(stored, motion),
@@ -318,29 +304,7 @@ impl Balance {
             }
             let end = Account::of(motion);
             self.checked = Some((step.end_time(), end.stored));
-            self.add(&start, &end, probability.min(1.0));
-        }
-    }
-}
-
-impl Slide {
-    /// How a contact slides in a state.
-    fn of(motion: &Motion, index: usize, state: &ContactState<f64>) -> Self {
-        let joint = &motion.mechanism.slots[index];
-        let (Phase::Contact { clipped: false, .. }, Some(law)) =
-            (motion.dynamics.phases[index], &joint.law.friction)
-        else {
-            return Slide { velocity: 1.0, rate: 0.0 };
-        };
-        let ContactState { penetration, sliding_velocity, normal_force, .. } = *state;
-        // Ratio of the sliding velocity in the friction law to the relative velocity.
-        let ratio = match joint.law.sliding {
-            SlidingVelocity::Surface => 1.0,
-            SlidingVelocity::ContactPoint => penetration / (penetration + joint.law.clearance),
-        };
-        Slide {
-            velocity: (sliding_velocity / law.steep_until()).clamp(-1.0, 1.0),
-            rate: ratio * law.steepness() * normal_force / motion.mechanism.scales.contacts[index].mass,
+            self.add(&start, &end);
         }
     }
 }

@@ -7,6 +7,7 @@ use super::running::{Window, running_maximum};
 use super::sparse_range::{COARSE, SparseRange};
 use super::{OutputBand, Polynomial};
 use crate::numerics::accuracy::ROUNDING_OF_SOLUTION;
+use crate::study::BLOCK;
 use crate::study::chebyshev::Polynomials;
 use crate::study::range::polynomial_ranges;
 use rayon::prelude::*;
@@ -31,9 +32,6 @@ const PROBES: usize = 128;
 
 /// The margin at an instant is the largest error within this time to either side [durations].
 const MARGIN_WINDOW: f64 = 1.0 / 90.0;
-
-/// Samples of a block of time, so that the ranges of a block take some tenths of a millisecond.
-const BLOCK: usize = 64;
 
 /// Terms of the tensor up to which the range of the polynomial is found in the Bernstein basis: 6 parameters of
 /// degree 2, or 4 of degree 5.
