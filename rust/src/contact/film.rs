@@ -17,6 +17,7 @@ use std::f64::consts::{PI, TAU};
 use crate::numerics::dual::Scalar;
 
 /// Eccentricity ratio below which the integrals are replaced by their first two terms in it; the next are its square.
+/// Half, twice: the same work (20 of 84 runs).
 const NEARLY_CONCENTRIC: f64 = 1e-5;
 
 /// Ratios of length to diameter for which the factor of a finite width was fitted, `[Butenschoen1976]`.

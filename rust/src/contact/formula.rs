@@ -17,8 +17,6 @@ pub const OF_FRICTION: [(&str, Dimension); 2] = [("sliding_velocity", [0, 1, -1]
 /// Most switches of a formula: each takes a bit of its forms.
 pub const MOST_SWITCHES: usize = 16;
 
-/// Impact velocity [m/s] at which the elastic part of a formula is taken.
-const UNIT_VELOCITY: f64 = 1.0;
 /// A formula, compiled.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Formula {
@@ -64,18 +62,17 @@ impl Formula {
         self.value(variables, self.forms(variables))
     }
 
-    /// A normal force without damping [N], and its derivative [N/m].
+    /// A normal force without damping [N], and its derivative [N/m]: at no rate, after an impact of 1 m/s.
     pub(super) fn elastic(&self, penetration: f64) -> [f64; 2] {
-        let forms = self.forms(&[penetration, 0.0, UNIT_VELOCITY]);
-        let variables =
-            [Dual::<1>::input(penetration, 0), Dual::constant(0.0), Dual::constant(UNIT_VELOCITY)];
+        let forms = self.forms(&[penetration, 0.0, 1.0]);
+        let variables = [Dual::<1>::input(penetration, 0), Dual::constant(0.0), Dual::constant(1.0)];
         let force = self.value(&variables, forms);
         [force.value, force.gradient[0]]
     }
 
     /// The same force alone.
     pub(super) fn elastic_force(&self, penetration: f64) -> f64 {
-        self.at(&[penetration, 0.0, UNIT_VELOCITY])
+        self.at(&[penetration, 0.0, 1.0])
     }
 
     /// The integral of that force up to a penetration [J].
@@ -138,8 +135,9 @@ pub fn steepness(formula: &Formula) -> [f64; 2] {
 }
 
 /// Sliding speeds [m/s] and normal forces [N] at which friction formulas are looked at.
+/// Half and twice change two of 30 messages.
 pub const SPEEDS: [f64; 6] = [1e-5, 1e-4, 1e-3, 1e-2, 0.1, 1.0];
-/// See there.
+/// See there. Half and twice change two of 30 messages.
 pub const FORCES: [f64; 3] = [1e-3, 1.0, 1e3];
 
 impl ContactLaw {

@@ -22,9 +22,11 @@ use crate::numerics::dual::Scalar;
 
 /// Nominal restitution below which the rebound of the Lankarani-Nikravesh law exceeds it by more than 3 %:
 /// 0.878 instead of 0.85, 0.725 instead of 0.5 (closed form in [`Damping::LankaraniNikravesh`]).
+/// Only notices depend on it.
 const ACCURATE_RESTITUTION: f64 = 0.85;
 
 /// Restitution below which the damping of a law that keeps to it begins at more than twenty times the elastic force.
+/// Half, twice: one notice less, 6 more in 88 runs.
 const SOFT_RESTITUTION: f64 = 0.05;
 
 /// Where the hysteresis factor χ [s/m] of a contact comes from.
@@ -119,7 +121,9 @@ fn exact_onset_damping(restitution: f64) -> f64 {
 }
 
 /// Damping at an onset below which a series stands for the logarithms, and terms of it that reach rounding.
+/// Half changes nothing, twice 6 of 150 runs.
 const SMALL_DAMPING: f64 = 0.05;
+/// Half and twice change nothing.
 const TERMS: i32 = 16;
 /// Constants of the damping of one contact, fixed at its onset.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]

@@ -15,10 +15,10 @@ use crate::contact::worn::WornBearing;
 use crate::numerics::dual::{Dual, Scalar};
 
 /// Square of the eccentricity [m²] below which the joint is concentric. Every rounding error is far above 1e-70 m, and
-/// the square of its inverse is a number.
+/// the square of its inverse is a number. Half and twice change nothing.
 pub(super) const CONCENTRIC: f64 = 1e-140;
 
-/// Sectors of a bearing without a worn profile: one for every five degrees.
+/// Sectors of a bearing without a worn profile: one for every five degrees; half and twice are other outputs.
 const SECTORS: usize = 72;
 
 /// Convention of the sliding velocity of a contact.

@@ -8,6 +8,7 @@ use crate::error::meant_or_known;
 
 /// Most characters of an expression, and how deep it may be nested: hostile texts should cost neither time nor stack.
 const MOST_CHARACTERS: usize = 1000;
+/// Half and twice change nothing in the scenes of the tests.
 const MOST_DEPTH: usize = 40;
 
 /// A smooth function of one argument.

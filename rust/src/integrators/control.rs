@@ -11,25 +11,29 @@ use crate::numerics::logarithm::power;
 /// of `rodas4` does for a damper: forces were off by 70 %; at a quarter that of `rodas5p` for a film: by 4 %).
 const INSIDE: [f64; 2] = [0.25, 0.5];
 /// Step-size factor of an attempt that failed (a number that is not finite, a singular W).
+/// Half, twice: work +1, 0 % (42 of 44 runs).
 const FAILURE_FACTOR: f64 = 0.1;
 /// Safety factor of the step-size controller, as in Hairer's RODAS. A step shrinks at most to a sixth and
 /// grows at most fivefold; in RODAS it shrinks to a fifth and grows sixfold.
+/// 0.8 and 0.95: work +4, -1 %, errors times 0.75, 1.2 (355 of 364 runs).
 const SAFETY: f64 = 0.9;
 const SMALLEST_FACTOR: f64 = 1.0 / 6.0;
+/// Half, twice: work +4, -3 % (100 of 109 runs).
 const LARGEST_FACTOR: f64 = 5.0;
 /// Least growth of the steps of a multistep method. 1.0 to 1.5 need the same evaluations; 1.2 rejects fewer
-/// steps than 1.0.
+/// steps than 1.0. 1 and 1.4: work -3, +2 %, same errors (377 of 393 runs).
 const LEAST_GROWTH: f64 = 1.2;
 /// Accepted steps after a restart whose successors are chosen from the present error alone: the predictive
-/// controller would compare with a step of the previous phase.
+/// controller would compare with a step of the previous phase. Half, twice: work -1, 0 % (22 of 81 runs).
 const UNPREDICTED_STEPS: usize = 2;
 /// Error relative to the tolerance below which a step gives no prediction for the next one, except that it may be longer.
+/// Half, twice: work 0, +1 % (11 of 118 runs).
 const LEAST_ERROR: f64 = 1e-8;
 /// Largest [`DenseStep::damping`] of a step across a kink of the accelerations. With more damping, both the
 /// step and its error estimate follow the Jacobian from before the kink, and neither notices that the
 /// acceleration has changed. Tuned on contacts that change from sticking to sliding, the slider-cranks of
 /// `benchmarks/stiffness.rs`: 10 saves up to a quarter of the work of a Rosenbrock method for errors of 1e-2
-/// and 1e-3, 100 saves nothing, 3 and 1 cost up to 9 and 17 %.
+/// and 1e-3, 100 saves nothing, 3 and 1 cost up to 9 and 17 %. Half, twice: the same work (10 of 78 runs).
 const LARGEST_DAMPING: f64 = 10.0;
 
 /// The integration in progress.

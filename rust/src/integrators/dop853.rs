@@ -16,7 +16,7 @@ use crate::integrators::{HybridSystem, NextLimits, StateAt, Stats, Stepper};
 use crate::numerics::instant::Instant;
 
 /// Stability limit of the step times the fastest rate: 6.3 on the negative real axis (damping), 5.9 on the
-/// imaginary axis (oscillation).
+/// imaginary axis (oscillation). Half, twice: work +1, +1 % (35 of 122 runs).
 const STABLE: f64 = 5.9;
 
 /// Weights of the slopes before each one.

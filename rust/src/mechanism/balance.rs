@@ -11,6 +11,7 @@ use crate::tree::elements::{Scales, State, Tree};
 
 /// Growth rate of a deviation that counts as unstable, times the time in which the mechanism moves by its own
 /// size. A slider pushed along its dead center has 0.3 to 3; in neutral equilibrium rounding gives 1e-8.
+/// Half and twice change nothing.
 const UNSTABLE: f64 = 1e-3;
 /// Warning of a start at rest in an unstable equilibrium. It is judged without clearances: a journal in free
 /// flight carries no load, but later carries that of the ideal joint.

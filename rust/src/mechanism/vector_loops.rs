@@ -11,6 +11,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 use crate::numerics::turns::wrap;
 
 /// Two assemblies are about equally near if their distances differ by less than this part.
+/// Half and twice change nothing.
 pub(super) const EQUALLY_NEAR: f64 = 0.05;
 /// The loops of a mechanism in the unknowns that remain: changes of angles from the initial guess, then displacements.
 /// Lengths are relative to the size of the mechanism.

@@ -10,7 +10,7 @@ use crate::run::settings::Settings;
 
 /// Memory that must remain besides the samples [numbers]. A run with its thread and report needs far less,
 /// but running out of memory there would end the process. With a quarter of it one of 27 studies under a limit
-/// of address space did: a thread gets 64 MiB of addresses from glibc at a time.
+/// of address space did: a thread gets 64 MiB of addresses from glibc at a time. Half and twice change nothing.
 const SPARE: usize = 8 << 20;
 
 pub(super) fn memory_error(count: usize) -> PyErr {

@@ -23,6 +23,7 @@ use crate::scene::reader::read_scene;
 use crate::tree::elements::{ContactSlot, State};
 
 /// Length of a scene in text [bytes] from which it may take longer to compile than to start a thread.
+/// Half and twice change nothing but signals.
 const LONG: usize = 20_000;
 
 /// A compiled scene.

@@ -39,7 +39,7 @@ impl Method {
 }
 
 /// Relative tolerance below which Rodas5P needs less work than Rodas4 for the same error. On sticking and
-/// sliding journals (`benchmarks/stiffness.rs`) the work is equal between 1e-7 and 1e-8.
+/// sliding journals (`benchmarks/stiffness.rs`) the work is equal between 1e-7 and 1e-8. Half and twice change nothing.
 const TIGHT: f64 = 3e-8;
 
 /// Default relative tolerance [-].
@@ -47,7 +47,7 @@ pub const DEFAULT_RTOL: f64 = 1e-6;
 
 /// Exponent of the ratio of tolerances by which a companion (the tighter run of an error estimate) shortens
 /// steps that no tolerance controls. At a tenth of the tolerance they are 0.56 times as long, which divides
-/// the error of Rodas4 by 10 and that of DOP853 by 100.
+/// the error of Rodas4 by 10 and that of DOP853 by 100. Half, twice: work 0, +4 % (39 of 41 runs).
 const REFINEMENT_POWER: f64 = 0.25;
 
 /// Words for the methods.

@@ -23,6 +23,7 @@ const GAUSS: [(f64, f64); 6] = [
 /// Number of values on a part of a step: at its ends and the nodes.
 const ROWS: usize = GAUSS.len() + 2;
 /// Distance from an end at which the slope there is evaluated, relative to that to the next value.
+/// Half and twice change one of 8 features, in its last digits.
 const EDGE: f64 = 1e-3;
 /// Writes the state at an instant and updates the work up to it, if that is needed; false where the state
 /// does not exist.

@@ -16,6 +16,7 @@ use crate::scene::loads::{Expression, Load};
 use crate::scene::parts::{GuideShape, Joint, Scene};
 
 /// Penetrations at which a formula is looked at, as parts of the size of the mechanism.
+/// Half and twice change two of 58 messages.
 const DEPTHS: [f64; 4] = [1e-9, 1e-7, 1e-5, 1e-3];
 /// What is wrong with a normal force in a mechanism of a size [m]: it is looked at for four penetrations, as far as it has
 /// numbers there, and two impact velocities, in compression and in restitution.

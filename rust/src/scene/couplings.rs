@@ -19,6 +19,7 @@ use crate::scene::quantities::{Coordinate, Quantity, TIME};
 use crate::scene::reader::normal_law;
 
 /// Implausible backlash [m]: that of teeth is a few hundredths of their module.
+/// Half and twice change no warning of the tests.
 const WIDE: f64 = 5e-3;
 
 /// One coordinate is a function of another, whatever the forces: driven = law(driver) + offset.

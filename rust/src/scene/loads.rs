@@ -234,6 +234,7 @@ impl Expression {
 
 /// A place in a text, in words.
 fn place_in(text: &str, place: usize) -> String {
+    /// Only messages depend on it.
     const SHOWN: usize = 30;
     let start = place.saturating_sub(SHOWN);
     let shown: String = text.chars().skip(start).take(2 * SHOWN).collect();

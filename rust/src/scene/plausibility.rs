@@ -14,26 +14,31 @@ use crate::scene::parts::{
 use crate::scene::time_function::TimeFunction;
 
 /// Length [m] from which a body may be one in millimeters: parts of watches measure a few millimeters.
+/// Half and twice change no warning of the tests.
 const LONG: f64 = 2.0;
 /// Mass over the cube of the length [kg/m³] below which no body of that length is rigid. Blades of wind
 /// turbines have 0.04, fishing rods of carbon fiber 5e-4, booms that satellites unroll 2e-4; a bar in
-/// millimeters has 1e-7.
+/// millimeters has 1e-7. Half changes no warning of the tests, twice one.
 const LIGHT: f64 = 1e-5;
 /// Length [m] above that of any rigid body: the longest ship measured 458.
+/// Half and twice change no warning of the tests.
 const LONGEST: f64 = 500.0;
 /// Speed [m/s] at which every rotating part has burst: flywheels of carbon fiber reach 1400.
+/// Half and twice change no warning of the tests.
 const FASTEST: f64 = 2000.0;
-/// Radius [m] from which a journal may be one in millimeters.
+/// Radius [m] from which a journal may be one in millimeters. Half and twice change no warning of the tests.
 const LARGE_JOURNAL: f64 = 0.1;
 /// Implausible ratio of the radius of a journal to the reach of the bodies it joins, the distance to their
 /// points and masses. An eccentric is far larger than its throw, but the rod on it is longer than its radius.
+/// Half and twice change no warning of the tests.
 const JOURNAL_OVER_REACH: f64 = 10.0;
 /// Implausible ratio of the radial clearance to the radius of the journal: papers on joints with clearance go
-/// up to 0.1.
+/// up to 0.1. Half and twice change no warning of the tests.
 const LOOSE: f64 = 0.3;
 /// Range of the rounded acceleration of free fall on Earth in millimeters [mm/s²].
 const FALL_IN_MILLIMETERS: [f64; 2] = [9.78e3, 9.84e3];
 /// Range of numbers that may be degrees: smaller ones might be radians within two turns.
+/// Half and twice change no warning of the tests.
 const DEGREES: [f64; 2] = [10.0, 3600.0];
 
 impl Scene {

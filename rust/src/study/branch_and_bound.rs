@@ -12,15 +12,16 @@ use crate::study::bernstein::{Lanes, split};
 const GAP: f64 = 1e-6;
 
 /// Coefficients that a search for one end of one range may process. Polynomials with random coefficients
-/// without decay, in six parameters at degree 3, take half of it.
+/// without decay, in six parameters at degree 3, take half of it. Half and twice change none of 67 searches.
 const MOST_WORK: usize = 5_000_000;
 
 /// Distances that are tried one after the other where the work for a smaller one does not suffice, as along a ridge of
 /// equal maxima: sin(3 (a + b + c)) at degree 12 takes 1e-2. After the last one the remaining boxes count with their
-/// certified bounds.
+/// certified bounds. Half and twice change none of 67 searches.
 const COARSER_GAPS: [f64; 3] = [1e-4, 1e-2, 0.1];
 
 /// Shortest part of a split, a power of two so that fractions are exact.
+/// With half and twice 42 of 58 searches split elsewhere.
 const SHORTEST: f64 = 1.0 / (1 << 16) as f64;
 
 /// The upper end of a range; for the lower end values are negated.

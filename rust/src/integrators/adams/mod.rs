@@ -22,31 +22,37 @@ use differences::{Differences, LANES};
 use start::Start;
 
 /// Accelerations that the first step supplies, at equal distances in it: the order of the next one.
+/// Half, twice: work +8, +4 % (100 of 125 runs).
 const STARTING: usize = 4;
-/// Failures in a row after which the past is forgotten.
+/// Failures in a row after which the past is forgotten. Half, twice: work +17, -2 % (107 of 146 runs).
 const FAILURES: u32 = 2;
-/// Largest growth of a step.
+/// Largest growth of a step. Twice: work -1 % (97 of 150 runs); at half of it no step grows.
 const LARGEST_GROWTH: f64 = 2.0;
 /// Stability limit of the step times the frequency of an oscillation, for orders up to 9.
+/// Half, twice: work +2, +2 % (71 of 124 runs).
 const STABLE: f64 = 1.0;
 /// A force that follows the velocity looks like an oscillation of 1 / h at a fraction of that rate, and is
 /// stable for longer. So after as many steps at the limit it is raised by a factor, and if a step fails
 /// thereafter, it is what it was and the next trial comes after twice as many steps.
+/// Half, twice: work -1, +1 %; never: +2 % (144 of 451 runs).
 const PATIENCE: [u32; 2] = [8, 256];
+/// 1.13 and 1.38: work -2, 0 %, errors times 0.83, 0.94 (230 of 304 runs).
 const RAISE: f64 = 1.25;
 /// The start goes on while its error is below this, no attempt fails and the bound of the system leaves room, so that
 /// its steps grow fivefold. Where an attempt has failed, stability limits them; at the bound, a step of the start costs
 /// more than one of the method.
+/// Half, twice: work +1, 0 %; never: -4 %, errors times 1.07; always: +63 % (350 of 448 runs).
 const FAR_BELOW: f64 = 1e-4;
 /// Factor on the error estimate of the start. Its embedded error is close to the error, while that of an Adams
 /// step is the whole last difference, some hundred times the error; with equal tolerances the starts made
 /// 98 % of the error of the energy of slider-cranks at rtol 1e-3, and 2.5 times as many events at 1e-1. 10 and
-/// 100 need as many evaluations for equal errors.
+/// 100 need as many evaluations for equal errors. Half, twice: work +2, +1 % (85 of 128 runs).
 const START_CAUTION: f64 = 30.0;
 /// No step is as stiff: it would not be stable. A larger ratio of the differences is noise of the
-/// accelerations.
+/// accelerations. Half, twice: work +35, +8 %, errors times 1.8, 1 (53 of 141 runs).
 const LARGEST_STIFFNESS: f64 = 2.5;
 /// A lower order is taken if its steps may be longer by this factor.
+/// Half and twice of its logarithm: work -1, +10 %, errors times 1.1, 0.8 (380 of 424 runs).
 const CLEARLY_LONGER: f64 = 1.1;
 /// Its binary logarithm.
 const CLEARLY: f64 = binary_logarithm(CLEARLY_LONGER);

@@ -22,17 +22,21 @@ use crate::run::work::{GAUSS, GAUSS_OF_SHORT};
 /// out took nearly all steps, a quarter of the run.
 const LARGEST_GAP: [f64; 2] = [1e-3, 1e-2];
 /// Least probability with which a step is checked: without and with stiff friction.
+/// Of 301 runs with heavy rods and strong friction 49 are off. 45 of these are found and one other is named; half
+/// finds 41, twice 45.
 const LEAST: [f64; 2] = [1.0 / 64.0, 1.0 / 16.0];
 /// Without stiff friction: standard deviation that the sampled sum may have, relative to the largest error without a warning
-/// and, once the sum is known to be larger, to the sum itself.
+/// and, once the sum is known to be larger, to the sum itself. Of the runs of [`LEAST`] half and twice find 44.
 const ALLOWED_DEVIATION: f64 = 0.3;
 /// With stiff friction, where gaps are too uneven for a variance: recent gap, relative to the largest
-/// energy, from which every step is checked.
+/// energy, from which every step is checked. Of the runs of [`LEAST`] half and twice find 46.
 const ALWAYS_CHECKED_GAP: f64 = 4e-6;
 /// Factor by which the recent gap with stiff friction, and the recent squares without, decay from one checked
 /// step to the next.
+/// Of the runs of [`LEAST`] 28 are found without memory, 45 with an endless one, which names two others.
 const MEMORY: f64 = 0.9;
 /// Standard deviations of the sampled sum that are subtracted as sampling error.
+/// Of the runs of [`LEAST`] half finds 47 and names 4 others, twice finds 36.
 const SUBTRACTED_DEVIATIONS: f64 = 1.5;
 /// Multiples of the golden ratio modulo 1 fill the unit interval evenly, without resonance with periodic
 /// steps.

@@ -14,27 +14,30 @@ use rayon::prelude::*;
 use std::borrow::Cow;
 
 /// Largest degree that is tried: higher ones were not better even for smooth outputs.
+/// Half, twice: 5, 2 of 150 bands get another degree.
 pub const LARGEST_DEGREE: usize = 8;
 
-/// Largest number of terms of a polynomial over the number of runs.
+/// Largest number of terms of a polynomial over the number of runs. Half, twice: 21, 4 of 150 bands get another degree.
 pub const LARGEST_TERM_SHARE: f64 = 0.7;
 
 /// Largest error of a trusted polynomial at runs it was not fitted to, relative to the width of the hull of the
 /// other runs, both averaged over time. (Relative to the range of the polynomial itself, a polynomial that oscillates
 /// would seem good; relative to a hull that the run makes, one run far from all others would hide itself.)
+/// Half, twice: 6 of 150 bands lose their polynomial, 6 get one.
 pub const LARGEST_TRUSTED_ERROR: f64 = 0.05;
 
-/// No higher degree is tried below this error.
+/// No higher degree is tried below this error. Half, twice: 5, 1 of 150 bands get another degree.
 const NEGLIGIBLE_ERROR: f64 = 1e-3;
 
-/// Number of instants on which the degree is chosen.
+/// Number of instants on which the degree is chosen. Half and twice change none of 150 bands.
 const PROBES: usize = 128;
 
 /// The margin at an instant is the largest error within this time to either side [durations].
+/// Half and twice change 61 of 70 bands.
 const MARGIN_WINDOW: f64 = 1.0 / 90.0;
 
 /// Terms of the tensor up to which the range of the polynomial is found in the Bernstein basis: 6 parameters of
-/// degree 2, or 4 of degree 5.
+/// degree 2, or 4 of degree 5. Half and twice change none of 87 bands.
 const LARGEST_TENSOR: usize = 1296;
 
 /// The band of the polynomial that follows the runs, if there is one.
