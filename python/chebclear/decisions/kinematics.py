@@ -16,6 +16,7 @@ from ..run.trajectory import Trajectory
 from ..scene.motions import JointStart, Speed
 from ..scene.parts import GROUND, ClearanceRevolute, Joint, Prismatic, Revolute, ends_of, owner_of
 from ..scene.scene import Scene
+from ..scene.usual import joints_to_ground
 from ..study.sources.asked import SweptRun
 from .lost_motion import without_play
 
@@ -73,14 +74,8 @@ def positions(scene: Scene, duration: float, frames: int) -> Positions:
 def output_joint(scene: Scene) -> Prismatic | Revolute | None:
     """The joint by which the driven end of a mechanism slides or swings on ground: the last one that slides
     without being driven, else the last one that swings; None without any."""
-    driven = {drive.joint for drive in scene.drives}
     # Not the shoe of a pin in a slot.
-    known = {GROUND, *(body.name for body in scene.bodies)}
-    on_ground = [
-        joint
-        for joint in without_play(scene).joints
-        if joint.name not in driven and {GROUND} <= set(map(owner_of, ends_of(joint))) <= known
-    ]
+    on_ground = [joint for _, joint in joints_to_ground(scene, without_play(scene).joints)]
     sliding = [joint for joint in on_ground if isinstance(joint, Prismatic)]
     swinging = [joint for joint in on_ground if isinstance(joint, Revolute)]
     return sliding[-1] if sliding else swinging[-1] if swinging else None

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from ..base.progress import Progress
 from ..errors import ChebclearError, error_text
-from .limited import Answers, Calls, call_order
+from .limited import WAKE, Answers, Calls, call_order
 from .memory import threads_started
 from .pieces import DONE, NOT_BEGUN, End, Order, Piece, simulate_order
 from .store import Store
@@ -40,8 +40,6 @@ _QUEUED = 2
 # Number of rounds in which the remaining runs are sent: pieces become smaller, so that all workers end
 # together.
 _PARTS = 3
-# Interval at which progress is reported and interrupts are checked [s].
-_WAKE = 0.05
 # Longest wait for cancelled pieces to end [s]; they need a tenth of it.
 _LAST_WAIT = 1.0
 # Assumed number of workers of an executor if it is unknown.
@@ -164,7 +162,7 @@ class _Dispatcher:
     def run(self) -> None:
         try:
             while self._fill() or self.pending:
-                finished, _ = wait(self.pending, timeout=_WAKE, return_when=FIRST_COMPLETED)
+                finished, _ = wait(self.pending, timeout=WAKE, return_when=FIRST_COMPLETED)
                 for future in finished:
                     self._take(future, self.pending.pop(future))
                 self._tell()

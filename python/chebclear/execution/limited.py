@@ -25,8 +25,8 @@ from .pieces import still_wanted
 
 Value = TypeVar("Value")
 
-# Interval at which a call checks whether it was cancelled [s].
-_WAKE = 0.1
+WAKE = 0.05
+"""Interval at which waiting threads look for interrupts, limits of time and progress [s]."""
 # A call that does not let other threads run is ended with its process after this many times its limit plus
 # this time [s]: long enough for the usual cancellation to work first.
 _TIMES, _BESIDES = 2.0, 1.0
@@ -94,11 +94,11 @@ class LimitedCalls:
         while True:
             left = deadline - time.monotonic()
             try:
-                return answers.get(timeout=min(max(left, 0.0), _WAKE))
+                return answers.get(timeout=min(max(left, 0.0), WAKE))
             except queue.Empty:
                 if self._wanted is not None and not self._wanted():
                     raise CancelledError("the study was interrupted") from None
-                if left <= _WAKE:
+                if left <= WAKE:
                     raise TimeLimitError(f"the run was given up after {self._seconds:g} s") from None
 
 

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from .parts import (
-    GROUND,
-    ClearancePrismatic,
-    ClearanceRevolute,
-    PinInSlot,
-    Prismatic,
-    Revolute,
-    Stop,
-    ends_of,
-    owner_of,
-)
+from collections.abc import Iterable, Iterator
+
+from .parts import GROUND, ClearancePrismatic, Joint, Prismatic, Revolute, ends_of, owner_of
 from .scene import Scene
 
 MOST_OUTPUTS = 12
 """Outputs that are taken where none are named [-]: as many as a report shows without tiring its reader."""
+
+
+def joints_to_ground(scene: Scene, joints: Iterable[Joint]) -> Iterator[tuple[str, Joint]]:
+    """Joints between a body of a scene and ground that no drive moves, with the name of the body."""
+    driven, bodies = {drive.joint for drive in scene.drives}, {body.name for body in scene.bodies}
+    for joint in joints:
+        ends = {owner_of(end) for end in ends_of(joint)}
+        if joint.name not in driven and GROUND in ends and (body := bodies & ends):
+            yield body.pop(), joint
 
 
 def usual_outputs(scene: Scene) -> list[str]:
@@ -25,16 +26,9 @@ def usual_outputs(scene: Scene) -> list[str]:
     Bodies that slide on the ground; without one, those on a bearing of the ground that no drive turns; else
     the position of the last body.
     """
-    driven = {drive.joint for drive in scene.drives}
     sliding: list[str] = []
     swinging: list[str] = []
-    for joint in scene.joints:
-        if isinstance(joint, ClearanceRevolute | PinInSlot | Stop) or joint.name in driven:
-            continue
-        ends = [owner_of(end) for end in ends_of(joint)]
-        if GROUND not in ends:
-            continue
-        body = ends[ends[0] == GROUND]
+    for body, joint in joints_to_ground(scene, scene.joints):
         if isinstance(joint, Prismatic | ClearancePrismatic):
             along = "x" if abs(joint.axis[0]) >= abs(joint.axis[1]) else "y"
             sliding += [f"{body}.{kind}{along}" for kind in ("", "v", "a")]

@@ -29,8 +29,6 @@ COSTS = ("seconds", "steps", "stages", "evaluations")
 _LEVEL = 1.1
 # Least ratio of the requested accuracy to the uncertainty of the reference.
 _MARGIN = 4.0
-# Most outputs named one by one in a sentence; of more, only the one nearest to its limit is named.
-_NAMED = 3
 # Least uncertainty relative to the range of an output: two runs may agree to the last bit, as in free flight
 # before the first impact, although their rounding errors are of this size.
 _ROUNDING = 1e-14
@@ -163,10 +161,9 @@ def recommendation(
         if span <= result.t[0]:  # not known well enough at any time: report how well it is known at all
             span = result.end
             uncertain = _uncertainty(result, span)
-        worst = _nearest(uncertain, bound)
         text = (
             f"no setting: over {_span(result, span)} the reference itself is known "
-            f"only with {_amounts(result, uncertain, [worst])}"
+            f"only with {_amount(result, uncertain, bound)}"
         )
         if until is not None and trusted > result.t[0]:
             text += f"; ask for at most {format_exact(trusted, 's')}"
@@ -178,7 +175,7 @@ def recommendation(
         seconds = format_quantity(best.seconds, "s", 2)
         price = seconds if cost == "seconds" else f"{_cost(best, cost):.0f} {cost}"
         text = (
-            f"rtol {power(best.rtol)} with {best.method}: {_shown_amounts(result, errors(best), bound)} over "
+            f"rtol {power(best.rtol)} with {best.method}: {_amount(result, errors(best), bound)} over "
             f"{_span(result, span)}, {price} a run"
         )
         diverged = float(best.horizon[np.isfinite(bound)].min(initial=math.inf))
@@ -197,7 +194,7 @@ def recommendation(
     shown = errors(closest)
     text = (
         f"no setting measured is accurate enough over {_span(result, span)}; the nearest, rtol "
-        f"{power(closest.rtol)} with {closest.method}, has {_shown_amounts(result, shown, bound)}"
+        f"{power(closest.rtol)} with {closest.method}, has {_amount(result, shown, bound)}"
     )
     if np.all(shown <= bound):
         text += ", but a smaller tolerance of the same method does not: that is chance"
@@ -272,22 +269,8 @@ def _span(result: Tradeoff, span: float) -> str:
     return f"all {format_exact(result.duration, 's')}" if whole else f"the first {format_exact(covered, 's')}"
 
 
-def _nearest(errors: Array, bound: Array) -> int:
-    """The output that is nearest to its limit, or furthest beyond."""
-    return int(np.argmax(np.where(np.isfinite(errors), errors, math.inf) / bound))
-
-
-def _amounts(result: Tradeoff, errors: Array, chosen: list[int]) -> str:
-    """``"slider.vx within 0.0020 m/s"`` and so on."""
-    words = []
-    for index in chosen:
-        name = result.outputs[index]
-        words.append(f"{name} within {format_number(float(errors[index]), 2)} {column_unit(name)}".rstrip())
-    return ", ".join(words)
-
-
-def _shown_amounts(result: Tradeoff, errors: Array, bound: Array) -> str:
-    chosen = [index for index in range(len(errors)) if math.isfinite(bound[index])]
-    if len(chosen) > _NAMED:
-        chosen = [_nearest(errors, bound)]
-    return _amounts(result, errors, chosen) if chosen else "all outputs constant"
+def _amount(result: Tradeoff, errors: Array, bound: Array) -> str:
+    """The error of the output that is nearest to its limit or furthest beyond."""
+    index = int(np.argmax(np.where(np.isfinite(errors), errors, math.inf) / bound))
+    name = result.outputs[index]
+    return f"{name} within {format_number(float(errors[index]), 2)} {column_unit(name)}".rstrip()
