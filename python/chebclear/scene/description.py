@@ -51,7 +51,7 @@ def describe_scene(scene: Scene) -> str:
     lines = [_counts(parts)]
     if isinstance(scene.ground, Points) and scene.ground:
         lines += ["", f"ground: points [m] {_points(scene.ground)}"]
-    lines += ["", "bodies", *_records(parts["bodies"], {}, ())]
+    lines += ["", "bodies", *_records(parts["bodies"], ())]
     if facts is not None:
         size = max((abs(number) for pose in facts.poses for number in pose[:2]), default=0.0) or 1.0
         poses = zip(facts.bodies, facts.poses, strict=True)
@@ -60,12 +60,10 @@ def describe_scene(scene: Scene) -> str:
             "assembled at x, y [m], angle [rad]",
             *_table([[name, *_pose(at, size)] for name, at in poses]),
         ]
-    floors = _floors(parts["joints"], facts)
     slides = {joint.name for joint in parts["joints"] if isinstance(joint, Prismatic)}
-    lines += ["", "joints", *_records(parts["joints"], floors, slides)]
     for name, found in parts.items():
-        if found and name not in ("bodies", "joints"):
-            lines += ["", name, *_records(found, {}, slides)]
+        if name == "joints" or (found and name != "bodies"):
+            lines += ["", name, *_records(found, slides)]
     lines.append("")
     if facts is None:
         lines += ["This scene cannot be simulated:", *(f"  {problem}" for problem in problems)]
@@ -127,21 +125,7 @@ def _table(rows: Sequence[Sequence[str]]) -> list[str]:
     ]
 
 
-def _floors(joints: Iterable[Any], facts: Inspection | None) -> dict[str, str]:
-    """The default floor of the impact velocity of each clearance joint for which the scene gives none."""
-    if facts is None:
-        return {}
-    # The contacts of a guide have about the same.
-    floors = zip(facts.clearance_joints, facts.impact_velocity_floors, strict=True)
-    found = {owner_of(name): floor for name, floor in floors}
-    return {
-        joint.name: f"{found[joint.name]:.3g} m/s at the default rtol, in proportion to rtol"
-        for joint in joints
-        if joint.name in found and joint.impact_velocity_floor is None
-    }
-
-
-def _records(records: Iterable[Any], floors: dict[str, str], slides: Collection[str]) -> list[str]:
+def _records(records: Iterable[Any], slides: Collection[str]) -> list[str]:
     """One line for each record, and one for each record inside it; `slides` names the prismatic joints."""
     rows: list[list[str]] = []
     inner: list[list[str]] = []
@@ -153,8 +137,6 @@ def _records(records: Iterable[Any], floors: dict[str, str], slides: Collection[
         fields = dict(vars(record))
         name = fields.pop("name", None)
         held = {key: fields.pop(key) for key in record._choices}
-        if fields.get("impact_velocity_floor", "") is None:
-            fields["impact_velocity_floor"] = floors.get(str(name), "from the rtol of a run")
         kind = _kind(record)
         unit = _units_at(record, slides)
         rows.append(
