@@ -10,7 +10,7 @@ from ..base.arguments import Checks, meant_or_known
 from ..base.units import unit
 from ..scene.columns import column_unit
 from ..scene.parts import has_contacts
-from ..scene.scene import Scene
+from ..scene.scene import Scene, revolution_time
 
 JOINT_KINDS = ("impacts", "contact_share", "impulse", "wear", "loss")
 """Features of a clearance joint; all others are of an output."""
@@ -190,10 +190,7 @@ def settling_time(scene: Scene) -> float:
     """
     if not has_contacts(scene.joints) and all(one.backlash is None for one in scene.couplings):
         return -math.inf
-    try:
-        return (1.0 - 1e-9) * scene.period
-    except ValueError:  # nothing revolves
-        return -math.inf
+    return (1.0 - 1e-9) * revolution_time(scene) or -math.inf
 
 
 @dataclass(frozen=True)

@@ -17,10 +17,9 @@ from ..base.named import matching
 from ..base.options import Documented, with_fields
 from ..base.shown import Shown
 from ..base.units import unit, units
-from ..errors import Problem, SettingsError, is_plain
-from ..scene.motions import Speed
+from ..errors import SettingsError, is_plain
 from ..scene.parts import Inspection
-from ..scene.scene import Scene
+from ..scene.scene import Scene, revolution_time
 from ..scene.schema import as_json_number
 from .features import JOINT_KINDS, Feature, checked_features
 from .memory import require_memory
@@ -35,7 +34,7 @@ MOST_SAMPLES = _core.MOST_SAMPLES
 MAX_STEPS, MAX_EVENTS = 10_000_000, 1_000_000  # some minutes of work
 
 # Placeholders for fields that are missing or of a wrong type, so that the core can check the others.
-_EXAMPLE: dict[str, Any] = {"duration": 1.0, "samples": 2}
+_EXAMPLE: dict[str, Any] = {"duration": 1.0, "samples": 2, "method": METHODS[0]}
 # Of the samples of a run that must fit into the memory [-]: processing them takes as much again.
 _COPIES = 2.0
 
@@ -225,8 +224,8 @@ class Settings(Shown):
 
 def revolution_of(scene: Scene) -> SpanOptions:
     """One revolution as the duration, if the drives prescribe the motion of a mechanism; else nothing."""
-    turns = any(isinstance(drive, Speed) and drive.speed for drive in scene.drives)
-    return {"duration": scene.period} if turns and not scene.check().degrees_of_freedom else {}
+    period = revolution_time(scene)
+    return {"duration": period} if period and not scene.check().degrees_of_freedom else {}
 
 
 def require_features(facts: Inspection, features: Iterable[Feature]) -> None:
@@ -274,22 +273,16 @@ def checked_settings(
         elif name == "features":
             found[name] = checked_features(own, value)
     readable = {name: found[name] for name in names if not own.noted(names[name])}
-    for problem in _judged(_EXAMPLE | readable):
-        path = problem.path.removeprefix("settings.")
-        name = re.split(r"[.\[]", path)[0]
-        own.add(names[name] + path.removeprefix(name), problem.message)
+    plain = {name: as_json_number(value) for name, value in (_EXAMPLE | readable).items()}
+    try:
+        _core.check_settings(json.dumps(plain, default=dataclasses.asdict))
+    except SettingsError as error:
+        for problem in error.problems:
+            path = problem.path.removeprefix("settings.")
+            name = re.split(r"[.\[]", path)[0]
+            own.add(names[name] + path.removeprefix(name), problem.message)
     checks.include(own, list(names.values()))
     return found
-
-
-def _judged(values: Mapping[str, Any]) -> list[Problem]:
-    """Problems that the core finds in fields of the right type."""
-    plain = {name: as_json_number(value) for name, value in values.items()}
-    try:
-        _core.check_settings(json.dumps({"method": METHODS[0]} | plain, default=dataclasses.asdict))
-    except SettingsError as error:
-        return error.problems
-    return []
 
 
 def common_facts(

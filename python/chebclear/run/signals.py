@@ -17,8 +17,7 @@ from ..errors import ArgumentError, warn
 from ..report import html
 from ..report.document import Table
 from ..scene.columns import column_unit
-from ..scene.motions import Speed
-from ..scene.scene import Scene
+from ..scene.scene import Scene, revolution_time
 from .resampling import interpolated, refined
 
 if TYPE_CHECKING:
@@ -277,9 +276,8 @@ class WithSignals(Named[Array]):
             window = checks.real("window", window, "s" if angle is None else "-", above=0.0)
         values = self._column(checks, output)
         turned = None if angle is None else self._entry(f"{angle}.angle")
-        turns = any(isinstance(drive, Speed) and drive.speed for drive in self.scene.drives)
-        period = self.scene.period if turns else 0.0
-        return spectrum_of(self.t, values, output, column_unit(output), angle, turned, window, period)
+        unit, period = column_unit(output), revolution_time(self.scene)
+        return spectrum_of(self.t, values, output, unit, angle, turned, window, period)
 
     def cycles(self, output: str) -> Cycles:
         """Load cycles of an output by rainflow counting (ASTM E1049), for fatigue.

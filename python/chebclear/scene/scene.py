@@ -173,12 +173,11 @@ class Scene(Part):
         ValueError
             If nothing is driven at constant speed.
         """
-        speeds = [abs(drive.speed) for drive in self.drives if isinstance(drive, Speed)]
-        if not any(speeds):
-            raise ArgumentError(
-                "no drive of the scene turns at constant speed: it has no period; give times in seconds"
-            )
-        return 2.0 * math.pi / min(speed for speed in speeds if speed)
+        if period := revolution_time(self):
+            return period
+        raise ArgumentError(
+            "no drive of the scene turns at constant speed: it has no period; give times in seconds"
+        )
 
     def check(self) -> Inspection:
         """Check the scene and assemble its mechanism, without simulating it.
@@ -221,6 +220,12 @@ class Scene(Part):
             Text to print. A scene that cannot be simulated is described as well, with all its problems.
         """
         return describe_scene(self)
+
+
+def revolution_time(scene: Scene) -> float:
+    """Time of a revolution of the slowest drive at constant speed [s]; 0 if there is none."""
+    speeds = [abs(drive.speed) for drive in scene.drives if isinstance(drive, Speed) and drive.speed]
+    return 2.0 * math.pi / min(speeds) if speeds else 0.0
 
 
 def compiled(scene: Scene) -> _core.Mechanism:
