@@ -106,3 +106,17 @@ def test_what_is_no_end_is_refused():
     with pytest.raises(cc.errors.StartError) as caught:
         cc.simulate(PLAY, duration=1e-3, samples=2, start=type(end)(json.dumps(damaged)))
     assert {path for path, _ in caught.value.problems} == {"start.q[1]"}
+
+
+def test_a_run_that_ended_with_its_table_goes_on_with_a_longer_one():
+    def driven(end, mass=1.0, offset=0.0):
+        crank = cc.Body("crank", mass, 0.01, points={"A": (0.0, 0.0)})
+        times = np.linspace(0.0, end, round(200.0 * end) + 1)
+        drive = cc.motions.Motion("motor", "main", cc.motions.Table(times, offset + np.sin(6.0 * times)))
+        return cc.Scene([crank], [cc.Revolute("main", "ground", "crank.A")], drives=[drive])
+
+    first = cc.simulate(driven(0.1), duration=0.1, samples=3)
+    second = cc.simulate(driven(0.2, mass=2.0), duration=0.05, samples=3, start=first.end)
+    np.testing.assert_allclose(second["crank.angle"], np.sin(6.0 * second.t), atol=1e-6)
+    with pytest.raises(cc.errors.StartError):
+        cc.simulate(driven(0.2, offset=0.3), duration=0.05, samples=3, start=first.end)
