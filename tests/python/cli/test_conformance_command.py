@@ -153,7 +153,7 @@ def test_two_files_are_contrasted(file, tmp_path, capsys):
     names = {path.name for path in folder.iterdir()}
     assert {"contrast.txt", "features.csv", "requirements.csv", "speed.png", "report.html"} <= names
     report = (folder / "report.html").read_text(encoding="utf-8")
-    assert report.count("<table") == 2 and "parameter stiffness" in report
+    assert report.count("<table") == 2 and "stiffness" in report
     assert cli.main([*words[:-2], "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     # The same blocks on stiffer springs are faster, each of them.
