@@ -165,12 +165,6 @@ def plain(value: Any) -> Any:
 
 
 @cache
-def player() -> str:
-    """The script of the player: the function ``playFilm(element, film)``."""
-    return files("chebclear.report").joinpath("player.js").read_text(encoding="utf-8")
-
-
-@cache
-def player_style() -> str:
-    """The style sheet of the player."""
-    return files("chebclear.report").joinpath("player.css").read_text(encoding="utf-8")
+def player(kind: Literal["js", "css"]) -> str:
+    """The script of the player, the function ``playFilm(element, film)``, or its style sheet."""
+    return files("chebclear.report").joinpath(f"player.{kind}").read_text(encoding="utf-8")

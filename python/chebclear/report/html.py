@@ -21,8 +21,8 @@ from typing import TYPE_CHECKING, Any
 from ..base.shown import Shown
 from ..base.writing import distinct, file_name, replaced, with_default_suffix
 from ..errors import ArgumentError
-from .document import Block, Document, Listing, Moving, Picture, Section, Table, Verdict
-from .film import Film, player, player_style
+from .document import Block, Document, Listing, Moving, Picture, Table, Verdict
+from .film import Film, player
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -103,7 +103,8 @@ class Reported(ABC):
 def as_html(document: Document, pictures: Path | None = None) -> str:
     """The text of the file, all escaped. Pictures with a name become files of a folder too."""
     environment = _environment()
-    environment.globals["anchor"] = partial(_anchor, list(document.sections))
+    sections = list(document.sections)
+    environment.globals["anchor"] = lambda section: f"section-{1 + sections.index(section)}"
     environment.filters["embedded"] = partial(embedded, files=_files(document, pictures))
     moves = any(isinstance(block, Moving) for block in document.first)
     return environment.get_template("report.html.j2").render(document=document, moves=moves, **_parts(moves))
@@ -138,11 +139,11 @@ def _parts(moves: bool, own: str = _START) -> dict[str, str]:
     policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
     if not moves:
         return {"policy": policy}
-    script = player() + own
+    script = player("js") + own
     # No other script runs, whatever a name of the scene may hold.
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     policy += f"; script-src 'sha256-{digest}'"
-    return {"policy": policy, "script": Markup(script), "style": Markup(player_style())}
+    return {"policy": policy, "script": Markup(script), "style": Markup(player("css"))}
 
 
 def fragment(title: str, blocks: Sequence[Block]) -> str:
@@ -186,11 +187,6 @@ def _files(document: Document, folder: Path | None) -> dict[str, Path]:
 
 def _download(listing: Listing) -> str:
     return f"data:text/plain;charset=utf-8;base64,{base64.b64encode(listing.text.encode()).decode()}"
-
-
-def _anchor(sections: list[Section], section: Section) -> str:
-    """Address of a section within the page."""
-    return f"section-{1 + sections.index(section)}"
 
 
 def _breakable(name: str) -> Markup:

@@ -16,7 +16,7 @@ import numpy as np
 from ...base.arguments import Checks, as_number, meant_or_known
 from ...base.writing import replaced
 from ...errors import ArgumentError, MissingProgramError
-from ...report.film import Film, player, player_style
+from ...report.film import Film, player
 from ...report.html import film_page, framed
 from ...scene.columns import plain_words
 from ...scene.parts import ClearanceRevolute
@@ -282,8 +282,8 @@ def widget_of(film: Film) -> Any:
             "a widget needs the package anywidget: pip install 'chebclear[notebook]'"
         ) from None
     traits = {
-        "_esm": player() + _RENDER,
-        "_css": player_style(),
+        "_esm": player("js") + _RENDER,
+        "_css": player("css"),
         "film": traitlets.Unicode().tag(sync=True),
         "frame": traitlets.Int().tag(sync=True),
     }
