@@ -120,12 +120,10 @@ def _measured(
     steps_of_turn = max(_OVERSAMPLING * (settings.samples - 1), LEAST_STEPS)
     steps = steps_of_turn * fastest * duration / (2.0 * math.pi)
     shown, sense = column in names, 1 if angle[-1] >= angle[0] else -1
-    start, each = float(angle[0]), settings.samples
-    turns = Revolutions(crank, revolutions - discard, discard, start, sense, each, column, shown)
-    samples = _affordable(math.ceil(steps) + 1)
-    outputs = tuple(names) if shown else (*names, column)
-    made = dataclasses.replace(settings, skip=0.0, duration=duration, samples=samples, outputs=outputs)
-    return dataclasses.replace(made, cycles=1), turns
+    kept, start = revolutions - discard, float(angle[0])
+    turns = Revolutions(crank, kept, discard, start, sense, settings.samples, column, shown)
+    outputs, samples = tuple(names) if shown else (*names, column), _affordable(math.ceil(steps) + 1)
+    return dataclasses.replace(look, samples=samples, outputs=outputs, cycles=1), turns
 
 
 def unpredictable(runs: RunTable) -> tuple[Notice, ...]:

@@ -151,10 +151,8 @@ def conformance(
     level = checks.real("confidence", confidence, "-", above=0.0, below=1.0)
     seed = checks.seed("rng", rng)
     if isinstance(study.runner.model, FinishedRuns):
-        checks.add(
-            "study",
-            "is a table of finished runs, which were not drawn from the distributions of its parameters",
-        )
+        text = "is a table of finished runs, which were not drawn from the distributions of its parameters"
+        checks.add("study", text)
     check_drawn(checks, study.runner.parameters)
     checks.finish()
     found = shares_of(study.runner, asked, count, level, seed, failures, width, inner)
@@ -295,9 +293,7 @@ def _is_enough(shares: dict[str, Share], failures: int | None, width: float | No
     """Whether no further runs are needed."""
     if failures is not None:
         return all(np.all(share.counts[:, 1] >= failures) for share in shares.values())
-    return width is not None and all(
-        np.all(np.diff(share.intervals, axis=1) <= width) for share in shares.values()
-    )
+    return width is not None and all(np.all(np.diff(one.intervals) <= width) for one in shares.values())
 
 
 def watching_for(runner: Runner, asked: Mapping[str, Specification]) -> tuple[Runner, dict[str, Watched]]:

@@ -347,9 +347,7 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
             np.arange(count),
             self.t,
             tuple(outputs),
-            np.stack([self.table(name) for name in outputs], axis=-1)
-            if outputs
-            else np.empty((count + 1, 0, 0)),
+            np.stack(list(map(self.table, outputs)), axis=-1) if outputs else np.empty((count + 1, 0, 0)),
             np.concatenate([table.runs, table.nominal[None]]) if table else None,
             table.names,
             **{name: getattr(self, name) for name in _OF_RUNS}

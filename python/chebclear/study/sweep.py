@@ -328,10 +328,8 @@ def _told(parameter: str, at: Array, found: Sequence[_Turned]) -> tuple[Notice, 
 
 def _tracked(wanted: list[Feature]) -> tuple[Feature, ...]:
     """Features of pieces from which those of revolutions follow: a range is that of the extrema."""
-    found = []
-    for one in wanted:
-        kinds = ("peak", "lowest") if one.kind == "peak_to_peak" else (one.kind,)
-        found += [Feature(kind, one.of) for kind in kinds]
+    parts = {"peak_to_peak": ("peak", "lowest")}
+    found = [Feature(kind, one.of) for one in wanted for kind in parts.get(one.kind, (one.kind,))]
     return tuple(dict.fromkeys(found))
 
 

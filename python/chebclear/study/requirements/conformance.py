@@ -173,16 +173,10 @@ class Conformance(records.Saved, Named[Share], kind="conformance"):
     @property
     def table(self) -> Table:
         """One row for each specification."""
-        rows = [
-            [
-                name,
-                str(one.specification),
-                *map(_percent, (one.share, one.lower, one.upper)),
-                str(one.outside),
-                str(one.runs),
-            ]
-            for name, one in self.shares.items()
-        ]
+        rows = []
+        for name, one in self.shares.items():
+            shares = map(_percent, (one.share, one.lower, one.upper))
+            rows.append([name, str(one.specification), *shares, str(one.outside), str(one.runs)])
         heads = ["specification", "limits", "share", "at least", "at most", "outside", "runs"]
         return Table("Shares in specification", heads, rows)
 

@@ -85,11 +85,8 @@ def checked_features(checks: Checks, given: object) -> dict[str, FeatureSpec]:
         if not isinstance(name, str):
             checks.add("features", f"must have texts as names, got {name!r}", wrong_type=True)
         elif not isinstance(feature, Feature) and not callable(feature):
-            checks.add(
-                f'features["{name}"]',
-                f'must be a feature such as peak("slider.ax") or a callable of a run, got {feature!r}',
-                wrong_type=True,
-            )
+            text = f'must be a feature such as peak("slider.ax") or a callable of a run, got {feature!r}'
+            checks.add(f'features["{name}"]', text, wrong_type=True)
         else:
             asked[name] = feature
     return asked

@@ -88,21 +88,20 @@ def check_own_features(checks: Checks, asked: Mapping[str, FeatureSpec]) -> None
     """Refuse features that only the core of a simulation finds."""
     for name, feature in asked.items():
         if isinstance(feature, Feature) and feature.kind in JOINT_KINDS:
-            checks.add(
-                f'features["{name}"]',
-                f"is {feature}, which is found in simulations of scenes only; a model of your own "
-                "returns it as a number",
+            text = (
+                f"is {feature}, which is found in simulations of scenes only; a model of your own returns it"
             )
+            checks.add(f'features["{name}"]', f"{text} as a number")
 
 
 def check_unused(checks: Checks, given: Iterable[str]) -> None:
     """Refuse settings of simulations, and unknown keywords."""
     for name in given:
         if name not in RunOptions.__annotations__:
-            known = RunOptions.__annotations__
-            checks.add(name, f"is no keyword{did_you_mean(name, known)}", wrong_type=True)
+            hint = did_you_mean(name, RunOptions.__annotations__)
+            checks.add(name, f"is no keyword{hint}", wrong_type=True)
             continue
-        checks.add(
-            name,
-            "is that of a simulation: give duration and samples too, or leave it out for a model of your own",
+        text = (
+            "is that of a simulation: give duration and samples too, or leave it out for a model of your own"
         )
+        checks.add(name, text)
