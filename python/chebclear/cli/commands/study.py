@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-import threading
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from ...study.results import StudyResult
@@ -38,7 +36,6 @@ _KINDS = {
     "chebyshev": ("degree",),
     "sample": ("runs", "rng"),
 }
-_OF_REPORTS = ("matplotlib.figure", "matplotlib.backends.backend_agg", "PIL.PngImagePlugin", "jinja2")
 STUDY_FILES = out("report.html, study.npz, the table of verdicts (md, csv, json) and a PNG for every output")
 
 
@@ -91,9 +88,6 @@ def carry_out(
     plan = None if is_bounded and not options.plan else plan_of(made, method, given, options)
     if options.plan:
         return 0
-    if options.out is not None:
-        # What the report is drawn and set with can be imported while the runs are made.
-        threading.Thread(target=lambda: list(map(import_module, _OF_REPORTS))).start()
     result: StudyResult = getattr(made, method)(**given)
     followed = any(band.verdict == "resolved" and band.surrogate is not None for band in result.values())
     check = getattr(options, "check", False)

@@ -41,6 +41,8 @@ _OF_BODIES = {"fontsize": 0.83, "weight": "bold"}
 _BESIDE = {"fontsize": 0.69, "style": "italic"}
 # Letters of a line of names of joints and of bodies.
 _LONGEST = 16
+# With half as many the names of a six-bar in a column of print cover its crank pin.
+_ROUNDS = 4
 # Type is made smaller where the labels would leave the mechanism less than this share of the axes.
 _SCALES, _LEAST_SHARE = (1.0, 0.85, 0.7), 0.7
 _LABELED_MARGIN = 0.05
@@ -234,8 +236,8 @@ def _label_parts(ax: Axes, pen: Pen) -> None:
     font = float(ax.xaxis.label.get_fontsize())
     for scale in _SCALES:
         held = drawn
-        # Labels widen the limits, so that a letter takes more of them: with these they are placed once more.
-        for _ in range(2):
+        # Labels widen the limits, so that a letter takes more of them: after a few rounds the sizes hold.
+        for _ in range(_ROUNDS):
             labels = _placed(pen, scale * font * _span_of_a_point(ax, held))
             ends = [
                 label.middle + 0.5 * side * np.array(label.size) for label in labels for side in (-1.0, 1.0)
