@@ -17,7 +17,6 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use crate::contact::formula::Formula;
-use crate::contact::pair::ContactState;
 use crate::numerics::dual::Scalar;
 
 /// Nominal restitution below which the rebound of the Lankarani-Nikravesh law exceeds it by more than 3 %:
@@ -378,13 +377,13 @@ impl NormalLaw {
         Some([force / both, slope.abs() / both])
     }
 
-    /// Derivative of the normal force by the penetration rate [N s/m], about that of hysteresis damping where the rate is
+    /// Derivative of the normal force by the penetration rate [N s/m] at a penetration [m] and force [N], about that of hysteresis damping where the rate is
     /// high; infinite for a formula that depends on the rate.
     #[inline]
-    pub fn damping_in(&self, state: &ContactState<f64>, latch: Latch) -> f64 {
+    pub fn damping_in(&self, [penetration, normal_force]: [f64; 2], latch: Latch) -> f64 {
         match &self.damping {
             Damping::Formula { formula, .. } if formula.depends[1] => f64::INFINITY,
-            _ => self.viscosity(state.penetration).unwrap_or(latch.hysteresis_factor * state.normal_force),
+            _ => self.viscosity(penetration).unwrap_or(latch.hysteresis_factor * normal_force),
         }
     }
 

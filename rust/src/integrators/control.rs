@@ -72,8 +72,6 @@ pub(super) struct Run<'a> {
     /// [`HybridSystem::velocity_refinement`] at the start of the step, and its maximum over the step.
     pub(super) start_refinement: f64,
     pub(super) velocity_refinement: f64,
-    /// [`HybridSystem::braking_rate`] at the start of the step.
-    braking_rate: f64,
     /// [`HybridSystem::caution`] in the present step.
     caution: f64,
     /// Why the last attempt was rejected: the status of the run if no shorter step is accepted.
@@ -127,7 +125,6 @@ pub fn integrate(
         beyond_kink: false,
         start_refinement: 1.0,
         velocity_refinement: 1.0,
-        braking_rate: 0.0,
         caution: 1.0,
         refusal: Status::StepUnderflow,
         next_q: vec![0.0; d],
@@ -163,7 +160,6 @@ impl Run<'_> {
             }
             self.start_refinement = self.system.velocity_refinement();
             self.caution = self.system.caution();
-            self.braking_rate = self.system.braking_rate();
             h = h.min(self.system.step_bound()).min(self.limits.max_step);
             self.stop = self.end.min(self.system.next_break());
             self.longest = self.rounded(self.stop - self.t);
@@ -229,9 +225,7 @@ impl Run<'_> {
         let h = self.rounded(h);
         let finite = self.method.attempt(self.system, h, &mut self.stats);
         let step = self.method.step();
-        // A step that is shorter than the time in which its stiffest force brakes resolves that force.
-        step.is_corrected = step.damping > 1.0 && h * self.braking_rate > 1.0;
-        self.system.attempted(step);
+        step.is_corrected = self.system.corrects(step);
         finite
     }
 

@@ -80,15 +80,12 @@ pub trait HybridSystem {
         1.0
     }
 
-    /// Rate [1/s] at which forces other than friction brake in the state of the last [`HybridSystem::begin`]; infinite
-    /// where the Jacobian alone tells. Inside implicit steps that do not resolve it states are corrected: those of the
-    /// polynomial have errors that are harmless to the motion, but not to these forces.
-    fn braking_rate(&self) -> f64 {
-        0.0
+    /// Whether states inside the step just attempted are corrected; asked before its guards. Inside implicit steps that do
+    /// not resolve how fast forces other than friction brake, the states of the polynomial have errors that are harmless
+    /// to the motion, but not to these forces.
+    fn corrects(&mut self, _step: &DenseStep) -> bool {
+        false
     }
-
-    /// Learns whether states inside the step just attempted are corrected, before its guards.
-    fn attempted(&mut self, _step: &DenseStep) {}
 
     /// Corrects the state of the polynomial of a step at `t + theta h` so that its accelerations are those of the
     /// polynomial.

@@ -35,8 +35,8 @@ pub(crate) struct System<'a> {
     pub(crate) balance: Balance,
     /// [`Tree::has_dampers`](crate::tree::elements::Tree::has_dampers).
     has_dampers: bool,
-    /// Largest acceleration at the start of the step [m/s²], where something brakes.
-    start_acceleration: f64,
+    /// Accelerations at the start of the step.
+    start: Vec<f64>,
     /// Largest correction that closed the loops after a step [m].
     pub(crate) largest_projection: f64,
     /// Warnings that are known before the first step.
@@ -66,7 +66,7 @@ impl<'a> System<'a> {
             balance: Balance::new(mechanism, settings, from),
             samples,
             has_dampers: mechanism.tree.has_dampers(),
-            start_acceleration: 0.0,
+            start: vec![0.0; mechanism.degrees_of_freedom()],
             largest_projection: 0.0,
             warnings: of_scene(mechanism),
         }
@@ -119,9 +119,7 @@ impl HybridSystem for System<'_> {
         }
         self.motion.dynamics.accelerate(a);
         self.phases.watch(&mut self.motion, &mut self.balance, t);
-        if self.braking_rate() > 0.0 {
-            self.start_acceleration = self.motion.largest_acceleration(a);
-        }
+        self.start.copy_from_slice(a);
         self.balance.begin(t);
     }
 
@@ -158,12 +156,13 @@ impl HybridSystem for System<'_> {
         self.phases.demands.caution
     }
 
-    fn braking_rate(&self) -> f64 {
-        if self.has_dampers { f64::INFINITY } else { self.phases.demands.braking_rate }
-    }
-
-    fn attempted(&mut self, step: &DenseStep) {
-        self.phases.demands.is_corrected = step.is_corrected;
+    fn corrects(&mut self, step: &DenseStep) -> bool {
+        // A step that is shorter than the time in which its stiffest force brakes resolves that force; of dampers, films
+        // and formulas the Jacobian alone tells.
+        let brakes = || self.has_dampers || step.h * self.phases.braking_rate(&self.motion) > 1.0;
+        let is_corrected = step.damping > 1.0 && brakes();
+        self.phases.demands.is_corrected = is_corrected;
+        is_corrected
     }
 
     fn correct(&mut self, step: &DenseStep, theta: f64, q: &mut [f64], v: &mut [f64]) {
@@ -173,7 +172,8 @@ impl HybridSystem for System<'_> {
     /// The power of a drive against a damper or a film is as wrong as its force, and with it the balance of energies.
     fn inner_error(&self, error: &[f64], of_polynomial: &[f64], rate: f64) -> f64 {
         // A start that is off its slow motion, but within the tolerance, need not be resolved.
-        let of_start = self.start_acceleration.min(self.phases.tolerances.velocity * rate);
+        let start = self.motion.largest_acceleration(&self.start);
+        let of_start = start.min(self.phases.tolerances.velocity * rate);
         let size = self.motion.largest_acceleration(of_polynomial).max(of_start);
         self.motion.mechanism.scales.largest(error) / (self.balance.limit * size)
     }

@@ -37,8 +37,8 @@ pub(crate) struct StepDemands {
     pub(crate) velocity_refinement: f64,
     /// Factor by which all tolerances of the step must be divided.
     pub(crate) caution: f64,
-    /// Largest rate at which the damping of a contact brakes at the start of the step [1/s].
-    pub(crate) braking_rate: f64,
+    /// Penetration [m] and normal force [N] of every clearance joint at the start of the step.
+    pub(crate) pressed: Vec<[f64; 2]>,
     /// Whether states inside the present step are corrected.
     pub(crate) is_corrected: bool,
     /// Sliding velocity of every clearance joint with friction at the start of the step [m/s]; `None` where
@@ -57,7 +57,7 @@ impl StepDemands {
             next_break: f64::NEG_INFINITY,
             velocity_refinement: 1.0,
             caution: 1.0,
-            braking_rate: 0.0,
+            pressed: vec![[0.0; 2]; joints],
             is_corrected: false,
             slides: vec![None; joints],
             breaks_away: false,

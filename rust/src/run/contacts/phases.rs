@@ -144,10 +144,22 @@ impl<'a> Phases<'a> {
         }
         self.demands.bound = f64::INFINITY;
         (self.demands.velocity_refinement, self.demands.caution) = (1.0, 1.0);
-        self.demands.braking_rate = 0.0;
         for index in 0..motion.mechanism.slots.len() {
             self.watch_joint(motion, balance, t, index);
         }
+    }
+
+    /// Largest rate at which the damping of a contact brakes at the start of the step [1/s].
+    pub(crate) fn braking_rate(&self, motion: &Motion) -> f64 {
+        let rate = |(index, phase): (usize, &Phase)| match *phase {
+            Phase::Contact { latch, clipped: false, .. } => {
+                let law = &motion.mechanism.slots[index].law.normal;
+                law.damping_in(self.demands.pressed[index], latch)
+                    / motion.mechanism.scales.contacts[index].mass
+            }
+            _ => 0.0,
+        };
+        motion.dynamics.phases.iter().enumerate().map(rate).fold(0.0, f64::max)
     }
 
     /// The same for one clearance joint.
@@ -164,11 +176,7 @@ impl<'a> Phases<'a> {
         log.deepest[index] = log.deepest[index].max(state.penetration);
         balance.watch_slide(motion, index, &state);
         demands.slides[index] = None;
-        if let Phase::Contact { latch, clipped: false, .. } = phase {
-            let mass = motion.mechanism.scales.contacts[index].mass;
-            let rate = joint.law.normal.damping_in(&state, latch) / mass;
-            demands.braking_rate = demands.braking_rate.max(rate);
-        }
+        demands.pressed[index] = [state.penetration, state.normal_force];
         if presses && joint.law.is_steep(phase) {
             demands.slides[index] = Some(state.sliding_velocity);
             demands.refine_velocity(motion, tolerances, index, &state);
