@@ -31,7 +31,7 @@ for name, run in runs.items():
 
 figure = Figure(figsize=(10, 9), layout="constrained")
 raster, motion, place = figure.subplots(3, 1)
-cc.plots.plot_contacts(list(runs.values()), labels=list(runs), ax=raster)
+cc.plots.plot_contacts(runs, ax=raster)
 for name in ("worn", "new"):
     cc.plots.plot_trajectory(runs[name], "rocker.angular_acceleration", ax=motion, label=name)
 hardest = runs["worn"].contacts.peak_time[runs["worn"].contacts.peak_force.argmax()]

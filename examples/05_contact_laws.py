@@ -38,7 +38,7 @@ for name, law in laws.items():
 
 figure = Figure(figsize=(12, 8), layout="constrained")
 axes = figure.subplots(2, 2)
-cc.plots.plot_contacts(list(runs.values()), labels=list(runs), ax=axes[0, 0])
+cc.plots.plot_contacts(runs, ax=axes[0, 0])
 for name in ("Hertz (no loss)", "Flores"):
     cc.plots.plot_trajectory(runs[name], "slider.ax", unit="km/s²", ax=axes[0, 1], label=name)
     cc.plots.plot_trajectory(runs[name], "wrist.normal_force", unit="kN", ax=axes[1, 1], label=name)

@@ -9,7 +9,7 @@ data. Without ``ax`` a new figure is made: one of pyplot's when pyplot has been 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,9 +23,11 @@ from .axes import (
     COLORS,
     abscissa_of,
     column_names,
+    is_a,
     line_style,
     new_axes,
     plot_of,
+    require,
     require_name,
     unit_scale,
 )
@@ -282,8 +284,10 @@ def section_samples(run: Trajectory, period: float | None, shift: float = 0.0) -
     return nearest
 
 
-@plot_of("Trajectory")
-def plot_contacts(run: Trajectory, *, ax: Axes | None = None, **bars: Any) -> Axes:
+@plot_of()
+def plot_contacts(
+    runs: Trajectory | Mapping[str, Trajectory], *, ax: Axes | None = None, **bars: Any
+) -> Axes:
     """Draw when journals touch their bearings: a row for each joint, a bar for each contact.
 
     Bars have the color of the largest normal force of the contact, on a logarithmic scale if that spans more
@@ -291,8 +295,8 @@ def plot_contacts(run: Trajectory, *, ax: Axes | None = None, **bars: Any) -> Ax
 
     Parameters
     ----------
-    run : Trajectory
-        What :func:`simulate` returned.
+    runs : Trajectory or mapping of Trajectory
+        What :func:`simulate` returned; several runs by their names to compare them, one below the other.
     **bars
         Passed to ``matplotlib.collections.PolyCollection``.
 
@@ -306,16 +310,24 @@ def plot_contacts(run: Trajectory, *, ax: Axes | None = None, **bars: Any) -> Ax
     from matplotlib.collections import PolyCollection
     from matplotlib.colors import LogNorm, Normalize
 
-    rows = [joint.name for joint in loose_joints(run.scene.joints)]
-    boxes, forces, onsets, found = [], [], [], run.contacts
-    for row, joint in enumerate(rows):
-        for index in np.flatnonzero(found.joint == joint):
-            start, end = max(found.onset[index], run.t[0]), found.separation[index]
-            end = min(end if np.isfinite(end) else run.end_time, run.t[-1])
-            boxes.append([(start, row - 0.35), (end, row - 0.35), (end, row + 0.35), (start, row + 0.35)])
-            forces.append(found.peak_force[index])
-            if np.isfinite(found.impact_velocity[index]):
-                onsets.append((start, row))
+    given: Any = runs
+    several = isinstance(given, Mapping) and given and not is_a(given, "Trajectory")
+    named: Mapping[str, Trajectory] = given if several else {"": given}
+    rows: list[str] = []
+    boxes, forces, onsets = [], [], []
+    for name, run in named.items():
+        require("runs", run, "Trajectory")
+        found = run.contacts
+        for joint in loose_joints(run.scene.joints):
+            row = len(rows)
+            rows.append(", ".join(filter(None, [name, plain_words(joint.name)])))
+            for index in np.flatnonzero(found.joint == joint.name):
+                start, end = max(found.onset[index], run.t[0]), found.separation[index]
+                end = min(end if np.isfinite(end) else run.end_time, run.t[-1])
+                boxes.append([(start, row - 0.35), (end, row - 0.35), (end, row + 0.35), (start, row + 0.35)])
+                forces.append(found.peak_force[index])
+                if np.isfinite(found.impact_velocity[index]):
+                    onsets.append((start, row))
     ax = new_axes(ax)
     peaks = np.maximum(np.array(forces), np.finfo(float).tiny)
     wide = len(peaks) > 0 and peaks.max() > 20.0 * peaks.min()
@@ -327,7 +339,7 @@ def plot_contacts(run: Trajectory, *, ax: Axes | None = None, **bars: Any) -> Ax
         ax.plot(
             times, places, linestyle="none", marker="|", markersize=9.0, color="0.15", markeredgewidth=0.4
         )
-    set_row_names(ax, [plain_words(name) for name in rows])
+    set_row_names(ax, rows)
     ax.set_xlim(run.t[0], run.t[-1])
     if boxes:
         add_color_bar(ax, shades, "largest normal force of the contact [N]")

@@ -123,6 +123,11 @@ def test_contacts_are_bars_from_onset_to_separation(run):
     last = np.where(np.isnan(run.contacts.separation[own]), run.t[-1], run.contacts.separation[own])
     np.testing.assert_allclose(ends, last)
     np.testing.assert_allclose(bars.get_array(), run.contacts.peak_force[own])
+    both = cc.plots.plot_contacts({"first": run, "second": run}, ax=Figure().subplots())
+    rows = [text.get_text() for text in both.get_yticklabels()]
+    assert rows == ["first, crank pin", "first, wrist", "second, crank pin", "second, wrist"]
+    with pytest.raises(cc.errors.ArgumentTypeError):
+        cc.plots.plot_contacts({"first": run, "second": 2.0})
 
 
 class TestPoincare:

@@ -37,4 +37,3 @@ def test_the_floor_told_is_that_of_the_default_tolerance():
     assert given == 0.25
     # A tenth of √(g R), times rtol; the law's χ v₀ is above 1.
     assert default == pytest.approx(0.1 * 1e-6 * np.sqrt(9.81 * 0.02), rel=1e-9)
-    assert "at the default rtol" in cc.mechanisms.slider_crank().describe()
