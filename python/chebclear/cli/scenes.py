@@ -24,8 +24,6 @@ _LONG = 30.0
 _SETTINGS = ("duration", "skip", "samples", "outputs", "method")
 ORBIT = ("eccentricity", "eccentricity_x", "eccentricity_y", "penetration")
 """Quantities of a joint that the path of its journal takes."""
-SAMPLES = 1001
-"""Samples of a run whose file does not say."""
 
 
 def template_of(options: argparse.Namespace) -> Template:
@@ -49,7 +47,7 @@ def settings_of(template: Template, options: argparse.Namespace) -> dict[str, An
         told = f"; one revolution of its drive takes {turn}" if turn else ""
         options.usage_error(f"how long? give --duration, or duration in the table [run] of the file{told}")
     rtol = getattr(options, "rtol", None)
-    return {"samples": SAMPLES, **template.run} | ({} if rtol is None else {"rtol": rtol})
+    return {**template.run} | ({} if rtol is None else {"rtol": rtol})
 
 
 def study_settings(template: Template, options: argparse.Namespace) -> dict[str, Any]:

@@ -121,7 +121,7 @@ class Settings(Shown):
     """
 
     duration: float = field(metadata=unit("s"))
-    samples: int
+    samples: int = 1001
     skip: float = field(default=0.0, metadata=unit("s"))
     rtol: float = 1e-6
     method: str = "auto"
@@ -169,9 +169,8 @@ class Settings(Shown):
             elif value is not None or name not in ("outputs", "features"):
                 values[name] = value
         values |= found or {}
-        for name in ("duration", "samples"):
-            if name not in values and (settings is None or isinstance(settings, cls)):
-                checks.add(name, "is missing: give it, or settings=Settings(...)", wrong_type=True)
+        if "duration" not in values and (settings is None or isinstance(settings, cls)):
+            checks.add("duration", "is missing: give it, or settings=Settings(...)", wrong_type=True)
         ordered = {name: values[name] for name in known if name in values}
         asked = ordered["features"]
         alone = not (asked if isinstance(asked, Sequence) else asked is not None)

@@ -90,12 +90,17 @@ def test_a_bifurcation_takes_settings():
     ],
 )
 def test_what_is_wrong_with_options_is_said_together(call):
-    with refuses("samples", "sampels", error=TypeError):
+    with refuses("sampels", error=TypeError):
         call(pendulum(), duration=0.1, sampels=3)
     with refuses("settings", error=TypeError):
         call(pendulum(), settings=3)
     with refuses("duration", error=ValueError):
         call(pendulum(), duration=-1.0, samples=3)
+
+
+def test_samples_have_one_default():
+    run = cc.simulate(pendulum(), duration=0.1)
+    assert len(run.t) == cc.Settings(duration=0.1).samples == 1001
 
 
 def test_settings_are_checked_when_they_are_made():

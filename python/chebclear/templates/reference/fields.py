@@ -227,7 +227,7 @@ def _run() -> FieldTable:
         value = f"number [{UNITS[name]}]" if name in UNITS else _quoted(METHODS)
         if name == "outputs":
             value = "list of texts"
-        default = {"duration": "required", "samples": "1001", "outputs": "optional"}.get(name, _default(item))
+        default = {"duration": "required", "outputs": "optional"}.get(name, _default(item))
         rows.append(FieldRow(name, value, default, _without_unit(meanings[name], UNITS.get(name, ""))))
     words = "How to simulate; the command line replaces each by an option of the same name."
     return FieldTable("[run]", "", words, tuple(rows))
