@@ -203,6 +203,19 @@ fn impact_below_the_velocity_floor_is_damped_as_one_at_the_floor_and_counted() {
 }
 
 #[test]
+fn peak_penetration_of_an_impact_follows_from_the_energy_integral() {
+    for (restitution, stiffness, mass, speed) in
+        [(0.1, 1e9, 1.0, 1.0), (0.5, 1e10, 0.1, 3.0), (0.9, 3e11, 0.14, 0.3), (0.99, 1e8, 10.0, 0.1)]
+    {
+        let peak = peak_penetration(mass, stiffness, restitution, speed);
+        let scene = shaft(mass, normal(stiffness, Some(restitution)));
+        let run = launch(&scene, speed, CLEARANCE / speed + 4.0 * peak / speed, 400_001, 1e-10);
+        let found = column(&run, "joint.penetration").into_iter().fold(f64::NEG_INFINITY, f64::max);
+        close(found, peak, 1e-7);
+    }
+}
+
+#[test]
 fn elastic_impact_lasts_2_943275_times_peak_penetration_over_speed() {
     for (stiffness, mass, speed) in [(1e8, 1.0, 0.1), (3e10, 0.03, 1.0), (1e11, 30.0, 10.0)] {
         // c = 1 must be the same law as Hertz's.
@@ -318,6 +331,51 @@ fn spinning_journal_under_load_is_braked_by_surface_friction_and_only_by_it() {
         let start = State { q: vec![0.0, -bottom, 0.0], v: vec![0.0, 0.0, direction * speed] };
         let run = run_from(&compile(&scene), &start, &settings(duration, 2, 1e-9));
         close(run.end.v[2], direction * speed, 1e-12);
+    }
+}
+
+/// Period of a pendulum of reduced length L: 2π sqrt(L/g) / agm(1, cos(amplitude / 2)).
+fn pendulum_period(length: f64, amplitude: f64) -> f64 {
+    let (mut a, mut b) = (1.0, (0.5 * amplitude).cos());
+    for _ in 0..10 {
+        (a, b) = (0.5 * (a + b), (a * b).sqrt());
+    }
+    std::f64::consts::TAU * (length / GRAVITY).sqrt() / a
+}
+
+#[test]
+fn pendulum_has_the_period_of_the_elliptic_integral_and_keeps_its_energy() {
+    let (mass, arm, inertia) = (1.3, 0.4, 0.05);
+    let mut rod = body("rod", mass, inertia + mass * arm * arm, [arm, 0.0], vec![point("pivot", 0.0, 0.0)]);
+    // The moment about the pivot: Steiner's theorem is part of the test.
+    rod.inertia_about = "pivot".to_owned();
+    let reduced = (inertia + mass * arm * arm) / (mass * arm);
+    for amplitude in [0.1, 1.5, 3.0] {
+        rod.angle = amplitude - std::f64::consts::FRAC_PI_2;
+        // Either order of the ends: the tree may run against the joint.
+        for (a, b) in [("ground", "rod.pivot"), ("rod.pivot", "ground")] {
+            let scene = falling(Scene {
+                bodies: vec![rod.clone()],
+                joints: vec![ideal("hinge", a, b, JointKind::Revolute)],
+                ..Scene::default()
+            });
+            let mechanism = compile(&scene);
+            let period = pendulum_period(reduced, amplitude);
+            let run = run_from(&mechanism, &mechanism.start, &settings(period, 5, 1e-10));
+            let (angle, rate) = (column(&run, "rod.angle"), column(&run, "rod.angular_velocity"));
+            let fastest = (2.0 * GRAVITY / reduced * (1.0 - amplitude.cos())).sqrt();
+            for (quarter, (height, pace)) in
+                [(1.0, 0.0), (0.0, -1.0), (-1.0, 0.0), (0.0, 1.0), (1.0, 0.0)].into_iter().enumerate()
+            {
+                let swing = angle[quarter] + std::f64::consts::FRAC_PI_2;
+                assert!((swing - height * amplitude).abs() < 1e-7, "{amplitude} {quarter} {swing}");
+                assert!((rate[quarter] - pace * fastest).abs() < 1e-7 * fastest.max(1.0), "{amplitude}");
+            }
+            let energy = |k: usize| {
+                0.5 * reduced * rate[k] * rate[k] - GRAVITY * (angle[k] + std::f64::consts::FRAC_PI_2).cos()
+            };
+            assert!((0..5).all(|k| (energy(k) - energy(0)).abs() < 1e-8));
+        }
     }
 }
 

@@ -5,6 +5,7 @@ import math
 import chebclear as cc
 import numpy as np
 import pytest
+from momenta import momenta
 from refusals import refused
 
 METHODS = ["rodas5p", "rodas4", "dop853", "adams"]
@@ -43,6 +44,43 @@ def test_a_body_on_a_bushing_oscillates_alike_in_all_directions(method):
     np.testing.assert_allclose(run["rubber.deflection"], np.hypot(run["block.x"], run["block.y"]), atol=1e-15)
     np.testing.assert_allclose(run["rubber.torque"][0], -1.5, rtol=1e-12)
     assert np.max(np.abs(run["energy.balance"])) < 1e-8
+
+
+FORMULAS = {
+    "stiffness": "300 + 2000*rubber.deflection**2",
+    "damping": "4 + 10*rubber.deflection",
+    "torsional_stiffness": "0.5 + 0.1*rubber.angle**2",
+    "torsional_damping": "0.01*(1 + abs(rubber.angle))",
+}
+
+
+@pytest.mark.parametrize(
+    "rubber", [(300.0, 4.0, 0.5, 0.01), tuple(FORMULAS.values())], ids=["numbers", "formulas"]
+)
+@pytest.mark.parametrize("method", METHODS)
+def test_two_free_bodies_keep_their_momenta(method, rubber):
+    """A bushing with damping, off center on turning bodies, makes no moment of its own."""
+    bodies = [
+        cc.Body("a", 1.0, 0.02, points={"P": (0.1, 0.05)}),
+        cc.Body("b", 0.5, 0.01, (0.02, 0.0), points={"P": (-0.1, 0.0)}),
+    ]
+    scene = cc.Scene(
+        bodies,
+        [],
+        [cc.Bushing("rubber", "a.P", "b.P", *rubber)],
+        start=[
+            cc.BodyStart("a", angle=0.0, angular_velocity=8.0),
+            cc.BodyStart("b", angle=0.2, angular_velocity=-15.0),
+        ],
+    )
+    names = [f"{body}.{name}" for body in "ab" for name in ("x", "y", "vx", "vy", "angular_velocity")]
+    run = cc.simulate(
+        scene, duration=1.0, samples=101, method=method, rtol=1e-10, outputs=[*names, "energy.*"]
+    )
+    for conserved in momenta(run):
+        np.testing.assert_allclose(conserved, conserved[0], atol=1e-9)
+    assert np.max(np.abs(run["energy.balance"])) < 1e-7
+    assert run["energy.damping_loss"][-1] > 0.1
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -112,6 +112,17 @@ class TestLawsThatAreBuiltIn:
             np.testing.assert_allclose(runs[0][name], runs[1][name], rtol=0.0, atol=1e-10 * scale)
         assert np.max(np.abs(runs[1]["energy.balance"])) < 1e-5
 
+    @pytest.mark.parametrize("method", METHODS)
+    def test_a_torsion_spring_over_full_turns(self, method):
+        spring = cc.TorsionSpring("coil", "ground", "rotor", stiffness=0.5, damping=0.01)
+        written = cc.Torque("coil", "rotor", "-0.5*rotor.angle - 0.01*rotor.angular_velocity")
+        runs = [
+            cc.simulate(rotor(torque, speed=30.0), duration=5.0, samples=101, method=method, rtol=1e-9)
+            for torque in (spring, written)
+        ]
+        np.testing.assert_allclose(runs[0]["rotor.angle"], runs[1]["rotor.angle"], rtol=0.0, atol=2e-7)
+        assert np.max(np.abs(runs[0]["rotor.angle"])) > 4.0 * math.pi
+
 
 class TestTensions:
     """Springs and dampers with a further tension: preload and characteristic."""

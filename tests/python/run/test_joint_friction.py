@@ -6,7 +6,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 from refusals import refused
-from scipy.integrate import solve_ivp
+from scipy.integrate import solve_ivp, trapezoid
 
 G = 9.81
 METHODS = ["dop853", "rodas5p", "auto"]
@@ -176,6 +176,59 @@ def test_ends_of_a_block_carry_force_or_moment():
         )
         assert run["guide.friction_force"] == pytest.approx(-mu * carried * 2.0 * G, rel=1e-9)
         assert run["guide.friction_power"][0] == pytest.approx(mu * carried * 2.0 * G * 2.0, rel=1e-9)
+
+
+@pytest.mark.parametrize("method", ["dop853", "rodas5p"])
+@pytest.mark.parametrize("driven", [True, False])
+def test_pins_of_a_four_bar_lose_what_is_put_in(driven, method):
+    friction = cc.laws.JournalFriction(0.2, 0.01)
+    bodies = [
+        cc.Body("crank", 0.5, 5e-4, points={"a": (-0.05, 0.0), "b": (0.05, 0.0)}, angle=0.6),
+        cc.Body("coupler", 1.0, 9e-3, points={"a": (-0.15, 0.0), "b": (0.15, 0.0)}, angle=0.5),
+        cc.Body("rocker", 0.8, 4e-3, points={"a": (-0.11, 0.0), "b": (0.11, 0.0)}, angle=1.4),
+    ]
+    pins = [
+        ("o", "ground.o", "crank.a"),
+        ("p", "crank.b", "coupler.a"),
+        ("q", "coupler.b", "rocker.b"),
+        ("r", "ground.r", "rocker.a"),
+    ]
+    joints = [cc.Revolute(*pin, friction=friction) for pin in pins]
+    drives = [cc.motions.Speed("motor", "o", 12.0)] if driven else []
+    start = [] if driven else [cc.JointStart("o", velocity=30.0)]
+    scene = cc.Scene(
+        bodies, joints, [cc.Gravity((0.0, -G))], drives, {"o": (0.0, 0.0), "r": (0.3, 0.0)}, start
+    )
+    losses = [f"{pin}.friction_loss" for pin, *_ in pins]
+    powers = [f"{pin}.friction_power" for pin, *_ in pins]
+    energies = [
+        "energy.kinetic",
+        "energy.input",
+        "energy.friction_loss",
+        "energy.balance",
+        "energy.potential",
+    ]
+    run = cc.simulate(
+        scene,
+        duration=1.0,
+        samples=401,
+        outputs=[*energies, *losses, *powers, "rocker.angle"],
+        rtol=1e-8,
+        method=method,
+    )
+    size = run["energy.kinetic"].max()
+    assert np.abs(run["energy.balance"]).max() < 1e-6 * size
+    assert sum(run[name] for name in losses) == pytest.approx(
+        run["energy.friction_loss"], rel=1e-9, abs=1e-12
+    )
+    stored = run["energy.kinetic"] + run["energy.potential"]
+    assert stored - stored[0] == pytest.approx(
+        run["energy.input"] - run["energy.friction_loss"], abs=2e-6 * size
+    )
+    # The loss is the integral of the power, and every pin loses.
+    for loss, power in zip(losses, powers, strict=True):
+        assert run[power].min() > -1e-9 * run[power].max()
+        assert run[loss][-1] == pytest.approx(trapezoid(run[power], run.t), rel=2e-3)
 
 
 def test_driven_slider_crank_with_one_pin_of_friction_against_statics():
