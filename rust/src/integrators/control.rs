@@ -84,6 +84,8 @@ pub(super) struct Run<'a> {
     /// State and guards inside a step.
     pub(super) inner_q: Vec<f64>,
     pub(super) inner_v: Vec<f64>,
+    /// Memory of [`Run::error_at`]: the error of the accelerations, and those of the polynomial.
+    inner_a: [Vec<f64>; 2],
     pub(super) inner_guards: Vec<Guard>,
 }
 
@@ -133,6 +135,7 @@ pub fn integrate(
         projection: Projection::Unneeded,
         inner_q: vec![0.0; d],
         inner_v: vec![0.0; d],
+        inner_a: [vec![0.0; d], vec![0.0; d]],
         inner_guards: vec![Guard::INACTIVE; guards],
     };
     let (status, guard) = match run.advance() {
@@ -274,20 +277,20 @@ impl Run<'_> {
     fn error_at(&mut self, part: f64) -> f64 {
         let step = self.method.step();
         step.at(part, &mut self.inner_q, &mut self.inner_v);
-        let (mut error, mut of_polynomial) = (self.v.clone(), self.v.clone());
-        step.rates(part, &mut of_polynomial);
+        let [error, of_polynomial] = &mut self.inner_a;
+        step.rates(part, of_polynomial);
         let t = step.instant(part);
         self.stats.evaluations += 1;
-        if !self.system.acceleration(t, &self.inner_q, &self.inner_v, &mut error) {
+        if !self.system.acceleration(t, &self.inner_q, &self.inner_v, error) {
             return f64::INFINITY;
         }
         // The accelerations differ by what stiff forces make of the error of the velocity: that error over hγ is the
         // error of its slope.
         let step = self.method.step();
-        error.iter_mut().zip(&of_polynomial).for_each(|(a, expected)| *a -= expected);
-        step.solve(&mut error);
+        error.iter_mut().zip(&*of_polynomial).for_each(|(a, expected)| *a -= expected);
+        step.solve(error);
         error.iter_mut().for_each(|change| *change /= step.diagonal());
-        self.system.inner_error(&error, &of_polynomial, step.damping / step.h)
+        self.system.inner_error(error, of_polynomial, step.damping / step.h)
     }
 
     /// The same for a number of degrees of freedom that the compiler may know.
