@@ -48,7 +48,7 @@ CODES = {
     "not_resolved": "a polynomial does not follow the runs",
     "holes": "a polynomial is fitted to fewer runs than its grid has",
     "settling": "a band or an extremum is in the starting transient",
-    "unsettled": "features of a sweep still change from revolution to revolution",
+    "unsettled": "features still change from revolution to revolution, or from these runs to later ones",
     "table": "what a table of runs lacks",
     "no_nominal_run": "a table of runs has none at the nominal values",
     "foreign": "included runs are those of another model",

@@ -235,7 +235,8 @@ class Checks:
             return least
         if number < least:
             self.add(name, f"{problem}, got {value!r}")
-        elif most is not None and number > most:
+            return least
+        if most is not None and number > most:
             self.add(name, f"{problem} and <= {most}, got {value!r}")
         return number
 

@@ -34,6 +34,7 @@ from ..study.sources.finished import FinishedRuns
 from ..study.sources.run_table import RunTable
 from ..study.sources.scenes import MOST_RUNS, scene_of
 from ..study.study import Study
+from .settled import unsettled
 from .trace import made_at
 
 if TYPE_CHECKING:
@@ -300,22 +301,26 @@ def contrast(
             checks.add(place, "is a table of finished runs, which has no values at other points")
     checks.finish()
     notices: dict[object, Notice] = {}
-    features, outside = [], []
+    features, outside, watchers, points = [], [], [], []
     for runner in runners:
         watching, watched = watching_for(runner, asked)
-        points = _points(runner, count, seed)
-        made = made_at(watching, points)
+        watchers.append(watching)
+        points.append(_points(runner, count, seed))
+        made = made_at(watching, points[-1])
         notices = {(notice.code, notice.about): notice for notice in made.notices} | notices
-        features.append(_features(runner, made, count))
+        features.append(_features(made, count))
         outside.append(
             {
                 name: watched[name].is_outside(extremes_of(made, name, one, watched[name], count))
                 for name, one in asked.items()
             }
         )
-    issue(tuple(notices.values()))
     one, other = features
-    common = [name for name in one if name in other]
+    own = [
+        {name for name in found if runner.settings is None or name in runner.features}
+        for runner, found in zip(runners, features, strict=True)
+    ]
+    common = [name for name in one if name in own[0] & own[1]]
     if not common and not asked:
         raise ArgumentError("no feature in common: give specifications, or both studies features=")
     asks, given, simulated = runners[0].features, runners[0].units, runners[0].settings is not None
@@ -329,17 +334,20 @@ def contrast(
         for name, one in asked.items()
     }
     names = tuple(dict.fromkeys([*runners[0].parameters, *runners[1].parameters]))
-    return Contrast(differences, shares, tuple(_changes(*runners)), names, seed, tuple(notices.values()))
+    apart = {name: (float(np.nanmedian(other[name] - one[name])), "") for name in one if name in other}
+    apart |= {name: (found.median, found.unit) for name, found in differences.items()}
+    told = (*notices.values(), *unsettled(watchers, points, apart, level))
+    issue(told)
+    return Contrast(differences, shares, tuple(_changes(*runners)), names, seed, told)
 
 
-def _features(runner: Runner, made: RunTable, count: int) -> dict[str, Array]:
-    """The features of a study, the mean over cycles, NaN where a run failed; of a model all its numbers."""
+def _features(made: RunTable, count: int) -> dict[str, Array]:
+    """The features of runs, the mean over cycles, NaN where a run failed."""
     found = {}
     for column, name in enumerate(made.feature_names):
-        if runner.settings is None or name in runner.features:
-            assert made.features is not None
-            found[name] = np.full(count, np.nan)
-            found[name][made.kept] = made.features[:, :, column].mean(axis=1)
+        assert made.features is not None
+        found[name] = np.full(count, np.nan)
+        found[name][made.kept] = made.features[:, :, column].mean(axis=1)
     return found
 
 

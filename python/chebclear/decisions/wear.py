@@ -262,19 +262,20 @@ def wear_life(
     runs = checks.whole("max_runs", max_runs, least=1)
     if max_cycles != math.inf:
         checks.real("max_cycles", max_cycles, "-", above=0.0)
-    checks.finish()
-    time = scene.period if cycle is None else float(cycle)
+    # A wrong time is reported once, not again by the settings that follow from it.
+    time = scene.period if cycle is None or checks.noted("cycle") else float(cycle)
     output = None if requirement is None else requirement.quantity
     settings = Settings.gathered(
-        Checks(),
+        checks,
         None,
-        {
+        steps,
+        accepted=StepOptions.__annotations__,
+        found={
             "outputs": [f"{name}.{what}" for name in wear for what in ("penetration", "wear_*")],
             "features": () if output is None else (lowest(output), peak(output)),
             "duration": counted * time,
             "skip": skipped * time,
             "samples": counted * _INSTANTS + 1,
-            **steps,
         },
     )
     profiles = {

@@ -119,8 +119,8 @@ def failure_notices(failures: Sequence[FailedRun], runs: int) -> tuple[Notice, .
         reasons = Counter(one.reason for one in failed)
         kinds = ", ".join(f"{count} {reason}" for reason, count in sorted(reasons.items()))
         text = (
-            f"failed: {len(failed)} of {runs} runs have no result ({kinds}) and take no part; "
-            f"the first is {failed[0]}"
+            f"failed: {len(failed)} of {runs} runs have no result ({kinds}); they count as outside of "
+            f"requirements and take no other part; the first is {failed[0]}"
         )
         found.append(Notice(FAILED, text, numbers={"runs": len(failed), "of_runs": runs}))
     left = len(failures) - len(failed)

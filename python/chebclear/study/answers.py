@@ -131,7 +131,7 @@ def extended(
     checks.finish()
     assert requirement is not None, "the checks let no other result pass"
     old = result.run_table(result.outputs)
-    count, messages = len(old.parameters), _lasting(result.notices)
+    count, messages = len(old.parameters), lasting(result.notices)
     scored, kept, nominal = old[: requirement.runs], old[requirement.runs : count], old[count:]
     begun = requirement.runs + requirement.failed
     # Runs that time was short for are made now.
@@ -143,7 +143,7 @@ def extended(
         new = new if requirement.revolutions is None else cut(new, requirement.revolutions)
         seconds += new.seconds
         scored = scored.joined([new])
-        messages += _lasting(new.notices)
+        messages += lasting(new.notices)
         failures += tuple(replace(one, index=one.index + begun) for one in new.failures)
     good = len(scored.parameters)
     requirement = replace(requirement, runs=good, failed=count_failed(failures))
@@ -152,7 +152,7 @@ def extended(
     return _joined(runner, requirement, made, kept if len(kept.kept) else None, others, messages)
 
 
-def _lasting(notices: Sequence[Notice]) -> list[Notice]:
+def lasting(notices: Sequence[Notice]) -> list[Notice]:
     """Notices without those that count the runs so far."""
     return [one for one in notices if one.code not in (UNDERSAMPLED, SETTLING, FAILED, STOPPED)]
 

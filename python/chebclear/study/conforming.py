@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks, meant_or_known
 from ..base.rows import Array
 from ..errors import ArgumentError, ArgumentTypeError
-from ..execution.failures import AllFailedError, count_failed
+from ..execution.failures import AllFailedError, FailedRun, count_failed, failure_notices
 from ..execution.pieces import NOT_BEGUN
 from ..notices import Notice, issue
 from ..run.features import lowest, peak
@@ -24,7 +24,7 @@ from ..run.settings import Settings
 from ..scene.columns import column_unit
 from ..scene.distributions import Uniform
 from . import answers
-from .answers import result_of
+from .answers import lasting, result_of
 from .band.gridded import Grid
 from .by_angle import LEAST_STEPS, crank_of, drives_of
 from .features.effects import CONFIDENCE
@@ -177,6 +177,7 @@ def shares_of(
     # For each place the extremes of each specification's quantity, shape (2, runs).
     extremes = [[np.empty((2, 0)) for _ in asked] for _ in at]
     notices: dict[object, Notice] = {}
+    failed: list[FailedRun] = []
     if width is not None:
         stops = looks(width, runs, confidence)
     elif failures is not None:
@@ -199,7 +200,8 @@ def shares_of(
                 raise error.first from None
             late = [one.index for one in made.failures if one.reason == NOT_BEGUN]
             begun = min([begun, *late])
-            notices = {(notice.code, notice.about): notice for notice in made.notices} | notices
+            failed += [replace(one, index=one.index + done) for one in made.failures]
+            notices = {(one.code, one.about): one for one in lasting(made.notices)} | notices
             for index, (name, one) in enumerate(asked.items()):
                 more = extremes_of(made, name, one, watched[name], len(points))
                 found[index] = np.concatenate([found[index], more], axis=1)
@@ -210,7 +212,8 @@ def shares_of(
             break
     most = max(share.runs for share in shares.values())
     parameters = placed(runner, draws[:most], at[0])
-    return Conformance(shares, parameters, tuple(runner.parameters), seed, tuple(notices.values()))
+    told = (*notices.values(), *failure_notices(failed, len(at) * stop))
+    return Conformance(shares, parameters, tuple(runner.parameters), seed, told)
 
 
 def answered(runner: Runner, design: Design) -> StudyResult:
@@ -330,7 +333,8 @@ def watching_for(runner: Runner, asked: Mapping[str, Specification]) -> tuple[Ru
                     turns = abs(driven[joint].speed) * settings.duration / (2.0 * math.pi)
                     steps = max(steps, math.ceil(turns * LEAST_STEPS / (settings.samples - 1)))
             elif one.at is not None:
-                _check_instant(checks, place, float(one.at), settings)
+                t = np.linspace(settings.skip, settings.skip + settings.duration, settings.samples)
+                _sample_at(checks, place, float(one.at), t)
                 taken = None
                 sampled.append(quantity)
             else:
@@ -355,12 +359,15 @@ def watching_for(runner: Runner, asked: Mapping[str, Specification]) -> tuple[Ru
     return replace(runner, features=features, settings=settings, execution=execution), watched
 
 
-def _check_instant(checks: Checks, place: str, at: float, settings: Settings) -> None:
-    """Check that an instant is one of the samples."""
-    t = np.linspace(settings.skip, settings.skip + settings.duration, settings.samples)
-    nearest = float(t[np.argmin(np.abs(t - at))])
-    if abs(nearest - at) > 1e-9 * settings.duration:
-        checks.add(place, f"at = {at:g} s is none of the samples; the nearest is {nearest:.9g} s")
+def _sample_at(checks: Checks, place: str, at: float, t: Array) -> int:
+    """Index of the sample at an instant, which must be one of them."""
+    nearest = int(np.argmin(np.abs(t - at)))
+    if abs(float(t[nearest]) - at) > 1e-9 * float(t[-1] - t[0]):
+        message = f"at = {at:g} s is none of the samples; the nearest is {t[nearest]:.9g} s"
+        if not t[0] <= at <= t[-1]:
+            message = f"at = {at:g} s is never sampled: samples are from {t[0]:.9g} to {t[-1]:.9g} s"
+        checks.add(place, message)
+    return nearest
 
 
 def placed(runner: Runner, draws: Array, place: dict[str, float]) -> Array:
@@ -383,6 +390,10 @@ def extremes_of(runs: RunTable, name: str, one: Specification, watched: Watched,
         return found
     if one.quantity in runs.feature_names:  # a number of a model
         assert runs.features is not None
+        if one.at is not None:
+            checks = Checks()
+            checks.add(f'specifications["{name}"]', "is a number of the whole run: leave out at")
+            checks.finish()
         found[:, runs.kept] = runs.features[:, 0, runs.feature_names.index(one.quantity)]
         return found
     if one.quantity not in runs.outputs:
@@ -410,7 +421,9 @@ def extremes_of(runs: RunTable, name: str, one: Specification, watched: Watched,
             )
         return found
     if one.at is not None and not isinstance(one.at, str):
-        values = values[:, [int(np.argmin(np.abs(runs.t - one.at)))]]
+        checks = Checks()
+        values = values[:, [_sample_at(checks, f'specifications["{name}"]', float(one.at), runs.t)]]
+        checks.finish()
     found[0, runs.kept], found[1, runs.kept] = values.min(axis=1), values.max(axis=1)
     return found
 

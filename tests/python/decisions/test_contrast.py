@@ -107,3 +107,34 @@ def test_pictures_and_bad_input():
     failing = cc.Study(lambda gap: {"play": gap} if gap < 0.5 else 1 / 0, {"gap": cc.Interval(0.0, 1.0)})
     found = cc.contrast(failing, failing, {"a": cc.require("play", above=-1.0)}, 40)
     assert found["a"].neither > 0 and len(found["play"].first) == 40 - found["a"].neither
+
+
+def test_machines_that_have_not_settled_are_said_to_be_so():
+    def wheel(inertia, drag):
+        return cc.Scene(
+            bodies=[cc.Body("wheel", 1.0, inertia, points={"O": (0.0, 0.0)})],
+            joints=[cc.Revolute("pin", "ground.O", "wheel.O")],
+            ground={"O": (0.0, 0.0)},
+            forces=[cc.Torque("motor", "wheel", f"1 - {drag}*wheel.angular_velocity")],
+        )
+
+    def study(inertia, drag, skip):
+        speed = cc.features.mean("wheel.angular_velocity")
+        return cc.Study(
+            wheel,
+            {"inertia": cc.normal(inertia, 0.02 * inertia)},
+            fixed={"drag": drag},
+            features={"speed": speed, "time": cc.features.time_of_peak("wheel.angular_velocity")},
+            duration=1.0,
+            skip=skip,
+            samples=11,
+        )
+
+    # Ahead at first, but the final speed 1 / drag is lower: the sign of the difference changes on the way.
+    for skip, settled, sign in ((0.0, False, 1.0), (5.0, False, 1.0), (200.0, True, -1.0)):
+        found = cc.contrast(study(5.0, 0.5, skip), study(4.0, 0.6, skip), runs=12)
+        assert found["speed"].differs and sign * found["speed"].median > 0.0
+        about = [one.about for one in found.notices if one.code == "unsettled"]
+        assert about == ([] if settled else [("speed",)])
+    # Settled: the closed form.
+    assert found["speed"].median == pytest.approx(1.0 / 0.6 - 1.0 / 0.5, abs=1e-5)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from chebclear.scene.scene import compiled
 from momenta import momenta
-from refusals import refused
+from refusals import refused, refuses
 from scipy.integrate import quad
 
 RADIUS, CLEARANCE, STIFFNESS = 0.01, 5e-5, 1e10
@@ -274,3 +274,13 @@ def test_arguments_that_cannot_be():
     ):
         with pytest.raises((ValueError, TypeError)):
             cc.laws.wear_life(scene, arguments, cycle=TURN, **options)
+
+
+def test_settings_that_follow_from_the_cycles_are_refused():
+    scene = cc.mechanisms.slider_crank(clearance_at=("wrist",))
+    bronze = {"wrist": cc.laws.Archard(coefficient=1e-4, hardness=1e9, length=0.02)}
+    for name in ("duration", "skip", "samples", "outputs", "features", "cycles"):
+        with refuses(name):
+            cc.laws.wear_life(scene, bronze, limit=5e-6, **{name: 1})
+    with refuses("cycle", "settle"):
+        cc.laws.wear_life(scene, bronze, limit=5e-6, cycle=-1.0, settle=-1)

@@ -391,6 +391,24 @@ class TestSimulations:
         none = cc.Study(fragile, {"x": cc.normal(30.0, 1.0)})
         with pytest.raises(ValueError):
             cc.conformance(none, {"y": cc.require("y", below=5.0)}, 50)
+        # The notice counts those of all pieces of runs, and says that they count as outside.
+        with pytest.warns(cc.errors.ChebclearWarning):
+            found = cc.conformance(study, {"y": cc.require("y", below=1.7)}, 4000, failures=60)
+        (notice,) = [one for one in found.notices if one.code == "failed"]
+        assert notice.numbers["of_runs"] >= found["y"].runs > 400
+        assert notice.numbers["runs"] >= found["y"].failed > 0
+
+    def test_an_instant_that_a_model_does_not_compute_is_refused(self):
+        def line(slope):
+            t = np.linspace(0.0, 1.0, 11)
+            return {"t": t, "x": slope * t, "end": slope}
+
+        study = cc.Study(line, {"slope": cc.normal(1.0, 0.1)})
+        for quantity, at in (("x", 99.0), ("x", 0.55), ("end", 0.5)):
+            with refuses('specifications["a"]'):
+                cc.conformance(study, {"a": cc.require(quantity, below=0.55, at=at)}, 50)
+        share = cc.conformance(study, {"a": cc.require("x", below=0.55, at=0.5)}, 400)["a"]
+        assert share.lower < NormalDist(1.0, 0.1).cdf(1.1) < share.upper
 
 
 class TestBadInput:
