@@ -349,7 +349,9 @@ class FiniteBearing(ShortBearing):
     """Oil film of a bearing of finite length: that of a short bearing times a factor.
 
     The factor depends on the ratio of length to diameter, from a quarter to one, and on the eccentricity
-    ratio. Its force under a steady load is within a tenth of Reynolds' equation. Source: Butenschön (1976).
+    ratio. Its force under a steady load is within a tenth of Reynolds' equation. A journal that is squeezed
+    against its bearing meets 4 % too little to 20 % too much force, one that leaves it up to two thirds too
+    little (at an eccentricity ratio of 0.9). Source: Butenschön (1976).
     """
 
     _tag = ("law", "finite_bearing")

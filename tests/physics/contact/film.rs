@@ -129,3 +129,27 @@ fn a_finite_bearing_is_within_a_tenth_of_reynolds_equation() {
         assert!((short / finite / times - 1.0).abs() < 0.1, "{length} {ratio}: {}", short / finite);
     }
 }
+
+/// Force of a journal that is squeezed against its bearing, and of one that leaves it, over that of the short bearing, by
+/// finite differences of Reynolds' equation with its negative pressures cut off.
+#[test]
+fn a_squeezed_finite_bearing_is_as_far_off_as_the_page_of_laws_says() {
+    for (length, ratio, near, away) in [
+        (0.01, 0.3, 0.961, 0.980),
+        (0.02, 0.3, 0.865, 0.920),
+        (0.04, 0.3, 0.633, 0.720),
+        (0.01, 0.9, 0.712, 0.974),
+        (0.02, 0.9, 0.401, 0.857),
+        (0.04, 0.9, 0.153, 0.535),
+    ] {
+        for (velocity, true_factor, least, most) in [(1e-3, near, 0.96, 1.21), (-1e-3, away, 0.33, 1.0)] {
+            let [short, finite] = [false, true].map(|has_finite_width| {
+                let law =
+                    FilmLaw::new(&Lubricant { length, has_finite_width, ..LUBRICANT }, RADIUS, CLEARANCE);
+                law.evaluate([ratio * THICKNESS, 0.0], [velocity, 0.0], [0.0; 2]).force[0]
+            });
+            let off = finite / short / true_factor;
+            assert!((least..most).contains(&off), "{length} {ratio} {velocity}: {off}");
+        }
+    }
+}
