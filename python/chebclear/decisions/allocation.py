@@ -71,19 +71,23 @@ class Allocation(WithNotices, html.Reported, Named[Tolerance]):
     tolerances : dict[str, Tolerance]
         Those of the parameters that have a cost.
     status : {"met", "always", "unproven", "scatter", "others"}
-        ``"met"``: fresh runs prove the share. ``"always"``: they do so at the widest tolerances, which the
-        requirements do not limit. ``"unproven"``: they do not, but may with more runs. Where no tolerance
-        helps, since the tightest ones do not keep the requirements: ``"scatter"`` if most of the variance is
-        scatter that no parameter explains, as of impacts; else ``"others"``, nominal values or parameters
+        ``"met"``: fresh runs prove the share, and no cheaper tolerances were found that they prove.
+        ``"always"``: they do so at the widest tolerances, which the requirements do not limit.
+        ``"unproven"``: they do not, but may with more runs. Where no tolerance helps, since the tightest ones
+        do not keep the requirements, the tolerances stay as they are: ``"scatter"`` if most of the variance
+        is scatter that no parameter explains, as of impacts; else ``"others"``, nominal values or parameters
         without a cost.
     share : float
         Share of the mechanisms that is to keep to all requirements [-]; 1 where all parameters are only
         intervals.
     aimed : float
         Share for which the model found the tolerances [-]: larger, so that the runs can prove the other.
+    decides : str
+        Where no tolerance helps, the parameter without a cost that explains most of the variance; else empty.
     verified : Conformance
-        Shares of fresh runs with these tolerances, with intervals at the confidence of their look; where all
-        parameters are only intervals, of mechanisms spread evenly, beside the corners.
+        Shares of fresh runs with these tolerances, or with the tightest where no tolerance helps, with
+        intervals at the confidence of their look; where all parameters are only intervals, of mechanisms
+        spread evenly, beside the corners.
     parameters : dict[str, Interval | Distribution]
         All parameters with the tolerances found, for `Study`.
     saving : dict[str, float]
@@ -104,6 +108,7 @@ class Allocation(WithNotices, html.Reported, Named[Tolerance]):
     status: Status
     share: float
     aimed: float
+    decides: str
     verified: Conformance
     parameters: dict[str, Interval | Distribution]
     saving: dict[str, float]
@@ -147,8 +152,15 @@ class Allocation(WithNotices, html.Reported, Named[Tolerance]):
     def __str__(self) -> str:
         table = self.table
         rows = [[str(cell) for cell in row] for row in table.rows]
-        text = [_WORDS[self.status], format_table(table.head, rows), str(self.verified), *self._savings()]
+        text = [self._found, format_table(table.head, rows), str(self.verified), *self._savings()]
         return "\n".join(text)
+
+    @property
+    def _found(self) -> str:
+        """What was found, in words."""
+        if self.decides:
+            return f"no tolerance helps: {self.decides} decides, and has no cost"
+        return _WORDS[self.status]
 
     def _savings(self) -> list[str]:
         """By how much wider limits save a hundredth of the cost."""
@@ -160,7 +172,7 @@ class Allocation(WithNotices, html.Reported, Named[Tolerance]):
         return [f"{name}: limits wider by {one} save 1 % of the cost" for name, one in wider.items()]
 
     def _document(self, title: str | None) -> Document:
-        found = capital(_WORDS[self.status])
+        found, changed = capital(self._found), self.cost != self.cost_before
         picture = Picture("By how much each tolerance was closed or opened.", self.plot)
         spread = [
             Picture(f"How the mechanisms are spread about the limits of {name}.", one.plot)
@@ -172,7 +184,7 @@ class Allocation(WithNotices, html.Reported, Named[Tolerance]):
             facts=[f"{self.runs} runs", version_fact()],
             answer=[
                 f"{found}.",
-                f"They cost {self.cost:.4g} instead of {self.cost_before:.4g}.",
+                *([f"They cost {self.cost:.4g} instead of {self.cost_before:.4g}."] if changed else []),
                 *(f"{one}." for one in self._savings()),
             ],
             doubts=[] if self.status in ("met", "always") else [f"{found}."],
@@ -185,7 +197,7 @@ class Allocation(WithNotices, html.Reported, Named[Tolerance]):
         )
 
     def _repr_html_(self) -> str:
-        return html.fragment(_WORDS[self.status], [self.table, self.verified.table])
+        return html.fragment(self._found, [self.table, self.verified.table])
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
         """Draw by how much each tolerance was closed or opened; see `plot_allocation`."""
@@ -195,11 +207,11 @@ class Allocation(WithNotices, html.Reported, Named[Tolerance]):
 
 
 _WORDS: dict[Status, str] = {
-    "met": "the least cost that keeps the requirements, proven by fresh runs",
-    "always": "the widest tolerances keep the requirements, proven by fresh runs",
-    "unproven": "the least cost of the model; the runs do not prove it: ask for more",
+    "met": "the cheapest tolerances found; fresh runs prove that they keep the requirements",
+    "always": "the widest tolerances; fresh runs prove that they keep the requirements",
+    "unproven": "the cheapest tolerances by the model; the runs do not prove them: ask for more runs",
     "scatter": "no tolerance helps: scatter that no parameter explains breaks the requirements",
-    "others": "no tolerance helps: nominal values or parameters without a cost break the requirements",
+    "others": "no tolerance helps: the nominal values break the requirements",
 }
 
 
@@ -269,13 +281,19 @@ def allocate(
         raise ArgumentTypeError(f"study must be a Study, got {study!r:.80}")
     search = checked_search(study.runner, cost, specifications, share, runs, confidence, rng)
     best = search.found()
-    design, is_met = best.design, best.missing < 0.0
-    is_refuted = search.is_worst_case or list(best.verified.values())[-1].upper < search.share
+    design, is_met, decides = best.design, best.missing < 0.0, ""
+    is_tightest = np.allclose(design, search.low, rtol=_AT_END)
     status: Status = "met" if is_met else "unproven"
     if is_met and np.allclose(design, search.high, rtol=_AT_END):
         status = "always"
-    elif not is_met and is_refuted and np.allclose(design, search.low, rtol=_AT_END):
-        status = "scatter" if best.model.scatter > 0.5 else "others"
+    elif not is_met and not best.keeps and is_tightest:
+        design, status = search.before, "others"
+        free = [place for place in range(len(search.runner.parameters)) if place not in search.costed]
+        if best.model.scatter > 0.5:
+            status = "scatter"
+        elif free:
+            place, part = best.model.deciding(free)
+            decides = list(search.runner.parameters)[place] if part > 0.5 else ""
     notices = tuple(search.notices.values())
     issue(notices)
     units, before, after = search.runner.units, search.before.tolist(), design.tolist()
@@ -291,6 +309,7 @@ def allocate(
         status=status,
         share=search.share,
         aimed=1.0 - best.outside,
+        decides=decides,
         verified=best.verified,
         parameters=search.parameters(design),
         saving=search.saving(best) if best.keeps else dict.fromkeys(search.asked, math.nan),

@@ -162,12 +162,25 @@ def test_it_says_that_no_tolerance_helps_and_why():
     found = cc.allocate(study, cost, {"gap": cc.require("gap", below=0.02)}, 0.9, 300)
     assert found.status == "scatter" and found.scatter > 0.8
     assert np.isnan(found.saving["gap"]) and found.verified["gap"].upper < 0.9
-    assert {one.after for one in found.values()} == {0.003}
+    # The tolerances stay as they are, and cost no more.
+    assert {one.after for one in found.values()} == {0.03} and found.cost == found.cost_before
     # A parameter without a cost does the same, but not as scatter.
     found = cc.allocate(
         study_of(cc.normal(0.0, 0.02)), {"a": cost["a"]}, {"gap": cc.require("gap", below=0.02)}, 0.9, 300
     )
     assert found.status == "others" and found.scatter < 0.1
+    # b has four times the variance of a, and sixteen times that of c.
+    assert found.decides == "b" and "b decides, and has no cost" in str(found)
+
+
+def test_tolerances_that_a_jump_hides_from_the_model_are_not_replaced_by_dearer_ones():
+    pytest.importorskip("scipy")
+    cost = {name: lambda t: 0.02 / t for name in "ab"}
+    parameters = {"a": cc.normal(0.0, 0.005), "b": cc.normal(0.0, 0.01)}
+    study = cc.Study(lambda a, b: {"y": a + b + 0.5 * (a > 0.02)}, parameters)
+    found = cc.allocate(study, cost, cc.require("y", above=-0.1, below=0.1))
+    # With the tolerances of the study 32 of a million are outside: those with a above 0.02.
+    assert found.status == "met" and found.cost <= found.cost_before
 
 
 def test_scatter_leaves_less_for_tolerances():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from statistics import NormalDist
 from typing import NamedTuple
 
@@ -72,12 +73,15 @@ class ExcessModel:
     ) -> ExcessModel:
         """The model of runs in a box, of what they exceed each limit by, shape (runs, limits)."""
         nominal, middle, half = np.array([(one.nominal, one.midpoint, one.half_width) for one in sides]).T
-        fits = fits_of((points - middle) / half)
+        cube = (points - middle) / half
         deviations = excess.std(axis=0)
-        plane = fits[min(1, len(fits) - 1)]
-        errors = np.array([left_out(plane, values) for values in excess.T]).T
+        # The plane first: what a table of lengths adds up needs no other.
+        fit = fits_of(cube, most=1)[-1]
+        errors = np.array([left_out(fit, values) for values in excess.T]).T
         is_plane = bool(np.all(np.abs(errors) <= _ROUNDING * deviations))
-        fit = plane if is_plane else fits[max(best_degree(fits, values) for values in excess.T)]
+        if not is_plane:
+            fits = fits_of(cube)
+            fit = fits[max(best_degree(fits, values) for values in excess.T)]
         rest = (excess - fit.fitted(excess)) / np.sqrt(1.0 - fit.leverage)[:, None]
         # One quantity: its distances from both limits have a constant sum.
         single = excess.shape[1] == 1 or (excess.shape[1] == 2 and np.ptp(excess.sum(axis=1)) < _ROUNDING)
@@ -103,35 +107,60 @@ class ExcessModel:
         values, slopes, parts = zip(*rows, strict=True)
         return Exceeded(np.array(values), np.array(slopes), np.array(parts))
 
+    def deciding(self, parameters: Sequence[int]) -> tuple[int, float]:
+        """Which of these parameters explains most of the variance of a value, and which share of it [-].
+
+        The value is that which exceeds its limit most, by three standard deviations.
+        """
+        column = int(np.argmax(self.terms[0] + 3.0 * self.deviations))
+        squares, deviation = self.terms[:, column] ** 2, self.deviations[column] or math.inf
+        shares = [float(squares[self.powers[:, one] > 0].sum()) / deviation**2 for one in parameters]
+        return max(zip(parameters, shares, strict=True), key=lambda one: one[1])
+
+    @cached_property
+    def _rest_of_draws(self) -> Array:
+        """What each draw exceeds the polynomial by: that of the runs in turn, shape (limits, draws)."""
+        return self.rest[np.arange(len(self.draws)) % len(self.rest)].T.copy()
+
+    def _plane(self) -> tuple[Array, Array]:
+        """Values at the nominal parameters, and slopes by the parameters, shape (limits, parameters)."""
+        middle, half = self.box
+        cube = ((self.nominal - middle) / half)[None, :]
+        along = [legendre_terms(cube, self.powers, axis)[0] @ self.terms for axis in range(len(half))]
+        return legendre_terms(cube, self.powers)[0] @ self.terms, np.array(along).T / half
+
     def _of_draws(self, tolerances: Array, outside: float, corner: Array) -> tuple[float, Array, Array]:
         """By the ordered values of the draws. Slopes are the means over those ranked near to the one."""
         places = np.where(np.isnan(self.draws), corner, self.draws)
         middle, half = self.box
-        cube = (self.nominal + tolerances * places - middle) / half
-        rest = self.rest[np.arange(len(places)) % len(self.rest)]
-        each = legendre_terms(cube, self.powers) @ self.terms + rest
-        highest = each.max(axis=1)
+        # Limit by limit: products with so few columns take a matrix product a hundred times as long.
+        if np.max(self.powers.sum(axis=1)) <= 1:
+            each = [mean + places @ (slope * tolerances) for mean, slope in zip(*self._plane(), strict=True)]
+        else:
+            terms = legendre_terms((self.nominal + tolerances * places - middle) / half, self.powers)
+            each = [terms @ own for own in self.terms.T]
+        values = np.array(each) + self._rest_of_draws
+        highest = values.max(axis=0)
         rank = int(outside * len(places))
-        order = np.argsort(-highest)[: 2 * rank + 1]
+        last = min(2 * rank, len(places) - 1)
+        largest = np.argpartition(-highest, last)[: last + 1]
+        order = largest[np.argsort(-highest[largest])]
         near = order[rank // 2 :]
-        limit = each[near].argmax(axis=1)
+        limit = values[:, near].argmax(axis=0)
         rows = np.arange(len(near))
+        cube = (self.nominal + tolerances * places[near] - middle) / half
         along = [
-            (legendre_terms(cube[near], self.powers, axis) @ self.terms)[rows, limit]
-            for axis in range(len(half))
+            (legendre_terms(cube, self.powers, axis) @ self.terms)[rows, limit] for axis in range(len(half))
         ]
         slopes = np.mean(np.array(along).T / half * places[near], axis=0)
-        parts = np.bincount(limit, minlength=each.shape[1]) / len(near)
+        parts = np.bincount(limit, minlength=len(values)) / len(near)
         return float(highest[order[rank]]), slopes, parts
 
     def _of_normal(self, tolerances: Array, outside: float, corner: Array) -> tuple[float, Array, Array]:
         """By the normal distribution: the probabilities beyond both limits, which exclude each other."""
-        middle, half = self.box
-        cube = ((self.nominal - middle) / half)[None, :]
-        along = [legendre_terms(cube, self.powers, axis)[0] @ self.terms for axis in range(len(half))]
-        slopes = np.array(along).T / half
         shift = np.where(np.isnan(corner), 0.0, corner)
-        means = legendre_terms(cube, self.powers)[0] @ self.terms + slopes @ (shift * tolerances)
+        means, slopes = self._plane()
+        means = means + slopes @ (shift * tolerances)
         # Three standard deviations are a tolerance.
         own = np.where(np.isnan(corner), slopes[0] / 3.0, 0.0)
         deviation = float(np.linalg.norm(own * tolerances))

@@ -30,10 +30,11 @@ from ...study.sources.scenes import MOST_RUNS
 from ...study.spec import declared_order
 from ..trace import made_at
 from .costs import Price, prices_of
-from .excess import Exceeded, ExcessModel, Keeps, cheapest, cheapest_of, cost_slopes
+from .excess import Exceeded, ExcessModel, Keeps, cheapest, cheapest_of, cost_slopes, total
 
 LOOKS = 3
-"""Designs that are verified, each by fresh runs and at half of the risk of the one before."""
+"""Designs found that are verified, each by fresh runs and at half of the risk of the one before; at the risk
+that is left, the tolerances of the study are, where no cheaper ones were found."""
 # Probability that the runs prove a design whose share outside is the one aimed at.
 _POWER = 0.9
 # Least and most runs for a model, between them a quarter of those that verify.
@@ -96,7 +97,7 @@ class Search:
 
     def __post_init__(self) -> None:
         self._order = declared_order(self.runner.build, self.runner.parameters)
-        self._own = [list(self.runner.parameters).index(name) for name in self.prices]
+        self.costed = [list(self.runner.parameters).index(name) for name in self.prices]
         sides = self.runner.intervals.values()
         self._nominal, self._every = np.array([(side.nominal, side.half_width) for side in sides]).T
         self.low, self.high = np.array([(price.low, price.high) for price in self.prices.values()]).T
@@ -112,7 +113,7 @@ class Search:
     @property
     def before(self) -> Array:
         """Tolerances of the study that have a cost."""
-        return np.asarray(self._every[self._own])
+        return np.asarray(self._every[self.costed])
 
     @property
     def is_worst_case(self) -> bool:
@@ -131,7 +132,8 @@ class Search:
         """The cheapest design that fresh runs prove, or else the last one.
 
         Runs and model agree at the end: that the design keeps the limits, or that none does. Where they do
-        not, the model is corrected by what the runs exceeded it by.
+        not, the model is corrected by what the runs exceeded it by. A model may miss what the runs keep to,
+        so that the tolerances of the study are a design too.
         """
         design, offset = self.before, 0.0
         proven: Found | None = None
@@ -145,7 +147,19 @@ class Search:
             if keeps == (missing < 0.0):
                 break
             offset += missing
-        return proven or last
+        best = proven or last
+        own = self.before
+        if self.spent(own) <= self.spent(best.design) and np.all((own >= self.low) & (own <= self.high)):
+            level, allowed, outside = self.aim(LOOKS)
+            verified, missing = self.verified(own, level, allowed)
+            if missing < 0.0:
+                return Found(own, True, best.model, outside, offset, verified, missing)
+        return best
+
+    def spent(self, design: Array) -> float:
+        """What tolerances cost; infinite where a catalog has nothing as tight."""
+        cost = total([price.at for price in self.prices.values()], design)
+        return cost if math.isfinite(cost) else math.inf
 
     def aim(self, look: int) -> tuple[float, int, float]:
         """Confidence of a look, the most runs outside that still prove the share, and the share to aim at."""
@@ -250,9 +264,9 @@ class Search:
 
         def exceeded(design: Array) -> Exceeded:
             tolerances = self._every.copy()
-            tolerances[self._own] = design
+            tolerances[self.costed] = design
             found = model.exceeded(tolerances, outside)
-            return Exceeded(found.values + offset, found.slopes[:, self._own], found.parts)
+            return Exceeded(found.values + offset, found.slopes[:, self.costed], found.parts)
 
         return exceeded
 

@@ -166,11 +166,11 @@ def legendre_terms(points: Array, powers: NDArray[np.int64], derivative: int | N
     return terms
 
 
-def fits_of(points: Array) -> list[Fit]:
-    """The polynomials that the number of runs allows, from degree 0 on."""
+def fits_of(points: Array, most: int = MOST_DEGREE) -> list[Fit]:
+    """The polynomials that the number of runs allows, from degree 0 on, to a degree at most."""
     runs, parameters = points.shape
     counts = [1]
-    for degree in range(1, MOST_DEGREE + 1):
+    for degree in range(1, most + 1):
         count = math.comb(parameters + degree, degree)
         if count > _TERMS_PART * runs or runs - count < LEAST_FREE:
             break
@@ -182,10 +182,10 @@ def fits_of(points: Array) -> list[Fit]:
     leverages = np.cumsum(orthogonal**2, axis=1)
     # Points on a grid determine no more powers than they have values.
     pivots = np.minimum.accumulate(np.abs(np.diag(triangle)))
-    least, most = 1e-8 * math.sqrt(runs), 1.0 - 1e-9
+    least, highest = 1e-8 * math.sqrt(runs), 1.0 - 1e-9
     kept = [counts[0]]
     for count in counts[1:]:
-        if pivots[count - 1] < least or leverages[:, count - 1].max() > most:
+        if pivots[count - 1] < least or leverages[:, count - 1].max() > highest:
             break
         kept.append(count)
     inverse = np.linalg.inv(triangle[: kept[-1], : kept[-1]])
