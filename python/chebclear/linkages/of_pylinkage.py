@@ -35,7 +35,7 @@ class _Components:
         for number, part in enumerate(source.components, start=1):
             # pylinkage calls by its address in memory what the user has not named.
             named = part.name != str(id(part))
-            name = part.name if named else f"{type(part).__name__}{number}"
+            name = plain_name(part.name) if named else f"{type(part).__name__}{number}"
             if name in self.names.values():
                 self.read.refuse(name, "is the name of two components")
             self.names[id(part)] = name
@@ -163,7 +163,27 @@ def _tables(read: Linkage, values: Mapping[str, Any], name: str) -> dict[str, Ma
                 name, "must be a list of tables with an id, as mechanism_to_json of pylinkage writes it"
             )
             raise SceneError(read.problems)
-    return {one["id"]: one for one in found or []}
+    entries = [_without_dots(one) for one in found or []]
+    tables: dict[str, Mapping[str, Any]] = {one["id"]: one for one in entries}
+    if len(tables) < len(entries):
+        read.refuse(name, "must have ids that differ, also with _ in the place of dots")
+    return tables
+
+
+def plain_name(name: str) -> str:
+    """A name that a scene accepts: the builder of pylinkage calls joints ``"ground.O_crank.0"``."""
+    return name.replace(".", "_")
+
+
+def _without_dots(entry: Mapping[str, Any]) -> dict[str, Any]:
+    """An entry with names that a scene accepts."""
+    plain = dict(entry)
+    for key in ("id", "motor_joint", "ref_joint1_id", "ref_joint2_id"):
+        if isinstance(plain.get(key), str):
+            plain[key] = plain_name(plain[key])
+    if "joints" in plain:
+        plain["joints"] = [plain_name(pin) for pin in plain["joints"]]
+    return plain
 
 
 def _place(read: Linkage, path: str, pair: Any) -> complex:

@@ -68,11 +68,11 @@ def read_linkage(
     0
     """
     checks = Checks()
-    checks.real("density", density, "kg/m³", above=0.0)
+    density = checks.real("density", density, "kg/m³", above=0.0)
     if cross_section is not None:
-        checks.real("cross_section", cross_section, "m²", above=0.0)
+        cross_section = checks.real("cross_section", cross_section, "m²", above=0.0)
     if crank_speed is not None:
-        checks.real("crank_speed", crank_speed, "rad/s")
+        crank_speed = checks.real("crank_speed", crank_speed, "rad/s")
     scale = _scale(length_unit, checks)
     checks.finish()
     read = _linkage(source)

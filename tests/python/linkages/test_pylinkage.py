@@ -185,6 +185,40 @@ def test_missing_units_masses_and_wrong_numbers_are_refused():
     for name in ("length_unit", "crank_speed"):
         refused(source, cc.errors.ArgumentError, **{name: None})
     refused(source, cc.errors.ArgumentError, density=0.0)
-    refused(source, cc.errors.ArgumentTypeError, cross_section="1 cm")
+    refused(source, cc.errors.ArgumentError, cross_section="1 cm")
+    refused(source, cc.errors.ArgumentTypeError, cross_section="thin")
     assert [problem.path for problem in refused(source, cross_section=None)] == [
         "links.A_link", "links.B_link1", "links.B_link2"]  # fmt: skip
+
+
+def test_mechanisms_of_the_builder_are_read():
+    """It calls joints after the ports that they join, with dots: ``"coupler.0_crank.tip"``."""
+    four_bar = (
+        pm.MechanismBuilder("four-bar")
+        .add_ground_link("ground", ports={"O1": (0, 0), "O2": (3, 0)})
+        .add_driver_link("crank", length=1.0, motor_port="O1", omega=0.1, initial_angle=math.pi / 2)
+        .add_link("coupler", length=2.5)
+        .add_link("rocker", length=2.0)
+        .connect("crank.tip", "coupler.0")
+        .connect("coupler.1", "rocker.0")
+        .connect("rocker.1", "ground.O2")
+        .build()
+    )
+    scene = cc.read_linkage(four_bar, **GIVEN).scene()
+    # Where circles about crank pin and rocker bearing meet, by the triangle over the line between them.
+    start = cc.simulate(scene, duration=1e-3, samples=2, outputs=["coupler.*", "rocker.*"])
+    place = {
+        name: [start[f"{name}.coupler_1_rocker_0.{axis}"][0] for axis in "xy"]
+        for name in ("coupler", "rocker")
+    }
+    assert place["coupler"] == pytest.approx(place["rocker"], abs=1e-12)
+    assert math.dist(place["coupler"], (0.0, 0.01)) == pytest.approx(0.025, rel=1e-12)
+    assert math.dist(place["coupler"], (0.03, 0.0)) == pytest.approx(0.02, rel=1e-12)
+
+
+def test_names_that_differ_by_dots_alone_are_refused(tmp_path):
+    values = {"name": "", "joints": [{"id": "a.b", "position": [0, 0]}, {"id": "a_b", "position": [1, 0]}]}
+    with pytest.raises(ValueError, match="must have ids that differ, also with _ in the place of dots"):
+        path = tmp_path / "twice.json"
+        path.write_text(json.dumps(values | {"links": []}))
+        cc.read_linkage(path, **GIVEN)
