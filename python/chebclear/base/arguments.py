@@ -2,106 +2,21 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import numbers
 import sys
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.random import Generator, default_rng
 
 from ..errors import ArgumentError, ArgumentTypeError, InputError, Problem, is_plain
-from .shown import listed
+from .shown import did_you_mean
+from .units import UnitError, convert, why_not
 
-# Longer names get no suggestion [-]: the time grows with the product of lengths, and nobody mistypes a line.
-_LONGEST_NAME = 100
 MOST_SEED = 2**64 - 1
 """Largest seed of random points."""
-
-
-# Words of other programs and textbooks, and the names that they may mean, in groups. Short ones are letters
-# of formulas.
-_OTHER_WORDS = """
-com cog cg cm centroid center_of_gravity = center_of_mass
-j i izz moment_of_inertia = inertia
-theta phi rot rotation = angle
-omega = angular_velocity | speed
-alpha = angular_acceleration
-pos position = x y | displacement | angle
-v vel velocity speed = vx vy | angular_velocity | lengthening | penetration_rate sliding_velocity | speed
-a acc accel acceleration = ax ay | angular_acceleration
-g = acceleration
-m = mass
-k = stiffness
-c = damping | clearance
-d = damping
-e = restitution
-mu = coefficient | sliding_coefficient
-rest_length free_length natural_length = length
-radius = journal_radius
-direction = axis
-play gap = clearance
-depth indentation = penetration
-force = normal_force friction_force | reaction_x reaction_y
-reaction = reaction_x reaction_y
-friction = friction_force
-torque = reaction_torque
-moment = torque | reaction_torque
-max maximum highest largest upper = peak
-min minimum smallest lower valley = lowest
-range span ptp stroke swing amplitude pk2pk travel = peak_to_peak
-argmax time_of_max time_of_maximum = time_of_peak
-argmin time_of_min time_of_minimum = time_of_lowest
-average avg median integral = mean
-std root_mean_square effective = rms
-hits count collisions contacts = impacts
-energy_loss dissipation dissipated = loss
-"""
-_MEANT = {
-    word: [group.split() for group in meant.split("|")]
-    for words, _, meant in (line.partition("=") for line in _OTHER_WORDS.strip().splitlines())
-    for word in words.split()
-}
-
-
-def synonyms(word: object, known: Container[str]) -> list[str]:
-    """The known names that a word of another program or textbook may stand for.
-
-    >>> synonyms("omega", {"speed"}), synonyms("Velocity", {"vx", "vy", "speed"})
-    (['speed'], ['vx', 'vy'])
-    """
-    groups = ([name for name in group if name in known] for group in _MEANT.get(str(word).lower(), ()))
-    return next(filter(None, groups), [])
-
-
-def suggested(names: Iterable[str]) -> str:
-    """``'; did you mean "..." or "..."?'``, or nothing without names."""
-    words = " or ".join(f'"{name}"' for name in names)
-    return f"; did you mean {words}?" if words else ""
-
-
-def did_you_mean(name: object, known: Iterable[str]) -> str:
-    """``'; did you mean "..."?'`` with what a wrong name may stand for or is nearest to, or nothing."""
-    if len(str(name)) > _LONGEST_NAME:
-        return ""
-    # Upper and lower case count least: "Slider.X" is closer to "slider.x" than to "slider.y".
-    same = {other.lower(): other for other in known}
-    nearest = difflib.get_close_matches(str(name).lower(), list(same), n=1)
-    return suggested(synonyms(name, same.values()) or [same[one] for one in nearest])
-
-
-def meant_or_known(name: object, known: Iterable[str], most: int = 12) -> str:
-    """What `did_you_mean` says, or the known names if none is near.
-
-    >>> meant_or_known("rod", ["rod_length", "clearance"]), meant_or_known("x", ["b", "a"])
-    ('; did you mean "rod_length"?', '; known are b, a')
-    """
-    names = list(known)
-    longer = [other for other in names if other.lower().startswith(str(name).lower())]
-    hint = did_you_mean(name, names) or (suggested(longer) if len(longer) <= 3 else "")
-    return hint if hint or not names else f"; known are {listed(names, most)}"
 
 
 def as_number(value: object) -> float | None:
@@ -136,6 +51,14 @@ def as_whole(value: object) -> int | None:
     return int(value)
 
 
+def _quantity(text: str, unit: str) -> float | None:
+    """A text such as ``"60 ms"`` in the SI unit of its place; None where it is none of this dimension."""
+    try:
+        return convert(text, unit)
+    except UnitError:
+        return None
+
+
 class Checks:
     """Collects the problems of the arguments of a call and raises them together.
 
@@ -144,7 +67,7 @@ class Checks:
 
     >>> checks = Checks()
     >>> checks.whole("samples", 1, least=2)
-    1
+    2
     >>> checks.real("duration", -0.5, "s", above=0.0)
     -0.5
     >>> checks.finish()
@@ -165,9 +88,10 @@ class Checks:
 
     def number(self, name: str, value: object, unit: str) -> float:
         """A number, or NaN after adding a problem; the core checks its range."""
-        number = as_number(value)
+        number = as_number(value) if type(value) is not str else _quantity(value, unit)
         if number is None:
-            self.add(name, f"must be a number [{unit}], got {value!r}", wrong_type=True)
+            why = why_not(value, unit)
+            self.add(name, f"must be a number [{unit}], got {value!r}{why}", wrong_type=not why)
             return math.nan
         return number
 
@@ -193,8 +117,11 @@ class Checks:
         least: float | None = None,
         most: float | None = None,
     ) -> float:
-        """A finite number, or NaN after adding a problem; `above` and `below` are open limits."""
-        number = as_number(value)
+        """A finite number, or NaN after adding a problem; `above` and `below` are open limits.
+
+        A text with a unit, such as ``"60 ms"``, is a number in SI units too.
+        """
+        number = as_number(value) if type(value) is not str else _quantity(value, unit)
         # First what is nearly always so, without words: a study asks this of thousands of scenes.
         if (
             number is not None
@@ -209,7 +136,10 @@ class Checks:
         words = " and ".join(f"{sign} {limit:g}" for sign, limit in limits if limit is not None)
         accepted = f"a finite number {words}".strip()
         shown = refused(value, [limit for _, limit in limits]) if isinstance(value, float) else repr(value)
-        self.add(name, f"must be {accepted} [{unit}], got {shown}", wrong_type=number is None)
+        why = why_not(value, unit)
+        self.add(
+            name, f"must be {accepted} [{unit}], got {shown}{why}", wrong_type=number is None and not why
+        )
         return math.nan if number is None else number
 
     def seed(self, name: str, value: object) -> int:

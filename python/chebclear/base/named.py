@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Generic, NoReturn, TypeVar
 
 from ..errors import ArgumentTypeError, UnknownNameError
-from .arguments import did_you_mean, meant_or_known
+from .shown import did_you_mean, meant_or_known
 
 Entry = TypeVar("Entry")
 Key = TypeVar("Key")

@@ -3,16 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from copy import copy
 from dataclasses import dataclass
+from typing import Any, ClassVar, Self
 
-from ..errors import ArgumentError, ArgumentTypeError
+from ..errors import ArgumentTypeError
 from .arguments import Checks, as_number
-from .units import UnitError, convert, is_quantity
+from .units import UnitError, convert, is_quantity, unit_of_quantity
+
+
+class Written:
+    """What may be written with units, and remembers the one it was written with."""
+
+    unit: ClassVar[str] = ""
+    """The unit that stood with its first number, for checks against that of the quantity; no field, so that
+    equal numbers are equal however they were written."""
+
+    def in_unit(self, unit: str) -> Self:
+        """The same with the unit in which it was written."""
+        made = copy(self)
+        object.__setattr__(made, "unit", unit)
+        return made
 
 
 @dataclass(frozen=True)
-class Interval:
+class Interval(Written):
     """All values from `lower` to `upper`, with a nominal one among them.
 
     ``lower, upper = interval`` are its ends, and ``value in interval`` says whether it holds a value.
@@ -29,12 +45,15 @@ class Interval:
     Raises
     ------
     ValueError, TypeError
-        If a number is not finite, the ends are reversed, or the nominal value is not between them.
+        If a number is not finite, the ends are reversed, the nominal value is not between them, or units
+        are not of one dimension.
 
     Examples
     --------
     >>> Interval("119.5 mm", 0.1205)
     Interval(lower=0.1195, upper=0.1205)
+    >>> Interval("119.5 mm", 0.1205).unit
+    'mm'
     """
 
     lower: float
@@ -43,12 +62,15 @@ class Interval:
 
     def __post_init__(self) -> None:
         checks = Checks()
-        for name in ("lower", "upper"):
-            object.__setattr__(self, name, checks.real(name, _in_si(name, getattr(self, name)), "SI unit"))
+        names = ("lower", "upper", "nominal")
+        (lower, upper, nominal), unit = in_one_unit({name: getattr(self, name) for name in names})
+        if unit:
+            object.__setattr__(self, "unit", unit)
+        for name, value in (("lower", lower), ("upper", upper)):
+            object.__setattr__(self, name, checks.real(name, value, "SI unit"))
         if self.lower >= self.upper:
             checks.add("lower", f"must be < upper, got lower = {self.lower!r} and upper = {self.upper!r}")
         checks.finish()
-        nominal = _in_si("nominal", self.nominal)
         if nominal is None:
             nominal = self.midpoint
         nominal = checks.real("nominal", nominal, "SI unit", least=self.lower, most=self.upper)
@@ -91,7 +113,8 @@ class Interval:
         if (rel is None) == (plus is None and minus is None):
             raise ArgumentTypeError("give either rel, or plus or minus or both")
         checks = Checks()
-        middle = checks.real("nominal", _in_si("nominal", nominal), "SI unit")
+        (nominal, plus, minus), unit = in_one_unit({"nominal": nominal, "plus": plus, "minus": minus})
+        middle = checks.real("nominal", nominal, "SI unit")
         if rel is not None:
             part = checks.real("rel", rel, "-", above=0.0)
             if math.isfinite(part) and part > 1.0:
@@ -106,19 +129,22 @@ class Interval:
             above = below = part * abs(middle)
         else:
             above, below = (
-                checks.real(name, 0.0 if given is None else _in_si(name, given), "SI unit", least=0.0)
+                checks.real(name, 0.0 if given is None else given, "SI unit", least=0.0)
                 for name, given in (("plus", plus), ("minus", minus))
             )
             if above == below == 0.0:
                 checks.add("plus", "and minus must not both be 0")
         checks.finish()
-        return cls(middle - below, middle + above, None if above == below else middle)  # type: ignore[arg-type]
+        made = cls(middle - below, middle + above, None if above == below else middle)  # type: ignore[arg-type]
+        return made.in_unit(unit)
 
     def __iter__(self) -> Iterator[float]:
         return iter((self.lower, self.upper))
 
     def __contains__(self, value: object) -> bool:
-        number = as_number(_in_si("value", value))
+        if isinstance(value, str) and is_quantity(value):
+            value = convert(value, self.unit or "unit")
+        number = as_number(value)
         return number is not None and self.lower <= number <= self.upper
 
     def __repr__(self) -> str:
@@ -136,14 +162,23 @@ class Interval:
         return 0.5 * self.upper - 0.5 * self.lower
 
 
-def _in_si(name: str, value: object) -> object:
-    """What is given as text with a unit as a number in SI units; anything else as it is."""
-    if not isinstance(value, str) or not is_quantity(value):
-        return value
-    try:
-        return convert(value, "unit")
-    except UnitError as error:
-        raise ArgumentError(f'{name} = "{value}": {error}') from None
+def in_one_unit(given: Mapping[str, Any]) -> tuple[list[Any], str]:
+    """Values by name in SI units, texts with units among them, and the unit of the first such text.
+
+    What is neither a number nor a quantity stays as it is. An ArgumentError has all texts whose unit is
+    unknown or of another dimension than the first.
+    """
+    checks, unit, values = Checks(), "", []
+    for name, value in given.items():
+        if isinstance(value, str) and is_quantity(value):
+            try:
+                text, value = value, convert(value, unit or "unit")
+                unit = unit or unit_of_quantity(text)
+            except UnitError as error:
+                checks.add(name, f'= "{value}": {error}')
+        values.append(value)
+    checks.finish()
+    return values, unit
 
 
 def rpm(revolutions_per_minute: float) -> float:
@@ -170,6 +205,10 @@ def rpm(revolutions_per_minute: float) -> float:
     True
     """
     checks = Checks()
+    if isinstance(revolutions_per_minute, str):
+        what = f'must be a number [1/min], got {revolutions_per_minute!r}: "2000 rpm" is a speed by itself'
+        checks.add("revolutions_per_minute", what, wrong_type=True)
+        checks.finish()
     speed = checks.real("revolutions_per_minute", revolutions_per_minute, "1/min")
     checks.finish()
     return speed * (2.0 * math.pi / 60.0)

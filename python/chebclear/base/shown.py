@@ -1,10 +1,11 @@
-"""The ``repr`` of records: the most important facts, in at most twelve lines."""
+"""Names in words, what a wrong name may mean, and the ``repr`` of records, in at most twelve lines."""
 
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 
 import numpy as np
 
@@ -89,3 +90,89 @@ def _short(value: object) -> str:
     if isinstance(value, tuple | list | dict):
         return f"<{len(value)} entries>"
     return f"<{type(value).__name__}>"
+
+
+# Longer names get no suggestion [-]: the time grows with the product of lengths, and nobody mistypes a line.
+_LONGEST_NAME = 100
+# Words of other programs and textbooks, and the names that they may mean, in groups. Short ones are letters
+# of formulas.
+_OTHER_WORDS = """
+com cog cg cm centroid center_of_gravity = center_of_mass
+j i izz moment_of_inertia = inertia
+theta phi rot rotation = angle
+omega = angular_velocity | speed
+alpha = angular_acceleration
+pos position = x y | displacement | angle
+v vel velocity speed = vx vy | angular_velocity | lengthening | penetration_rate sliding_velocity | speed
+a acc accel acceleration = ax ay | angular_acceleration
+g = acceleration
+m = mass
+k = stiffness
+c = damping | clearance
+d = damping
+e = restitution
+t = time
+mu = coefficient | sliding_coefficient
+rest_length free_length natural_length = length
+radius = journal_radius
+direction = axis
+play gap = clearance
+depth indentation = penetration
+force = normal_force friction_force | reaction_x reaction_y
+reaction = reaction_x reaction_y
+friction = friction_force
+torque = reaction_torque
+moment = torque | reaction_torque
+max maximum highest largest upper = peak
+min minimum smallest lower valley = lowest
+range span ptp stroke swing amplitude pk2pk travel = peak_to_peak
+argmax time_of_max time_of_maximum = time_of_peak
+argmin time_of_min time_of_minimum = time_of_lowest
+average avg median integral = mean
+std root_mean_square effective = rms
+hits count collisions contacts = impacts
+energy_loss dissipation dissipated = loss
+"""
+_MEANT = {
+    word: [group.split() for group in meant.split("|")]
+    for words, _, meant in (line.partition("=") for line in _OTHER_WORDS.strip().splitlines())
+    for word in words.split()
+}
+
+
+def synonyms(word: object, known: Container[str]) -> list[str]:
+    """The known names that a word of another program or textbook may stand for.
+
+    >>> synonyms("omega", {"speed"}), synonyms("Velocity", {"vx", "vy", "speed"})
+    (['speed'], ['vx', 'vy'])
+    """
+    groups = ([name for name in group if name in known] for group in _MEANT.get(str(word).lower(), ()))
+    return next(filter(None, groups), [])
+
+
+def suggested(names: Iterable[str]) -> str:
+    """``'; did you mean "..." or "..."?'``, or nothing without names."""
+    words = " or ".join(f'"{name}"' for name in names)
+    return f"; did you mean {words}?" if words else ""
+
+
+def did_you_mean(name: object, known: Iterable[str]) -> str:
+    """``'; did you mean "..."?'`` with what a wrong name may stand for or is nearest to, or nothing."""
+    if len(str(name)) > _LONGEST_NAME:
+        return ""
+    # Upper and lower case count least: "Slider.X" is closer to "slider.x" than to "slider.y".
+    same = {other.lower(): other for other in known}
+    nearest = difflib.get_close_matches(str(name).lower(), list(same), n=1)
+    return suggested(synonyms(name, same.values()) or [same[one] for one in nearest])
+
+
+def meant_or_known(name: object, known: Iterable[str], most: int = 12) -> str:
+    """What `did_you_mean` says, or the known names if none is near.
+
+    >>> meant_or_known("rod", ["rod_length", "clearance"]), meant_or_known("x", ["b", "a"])
+    ('; did you mean "rod_length"?', '; known are b, a')
+    """
+    names = list(known)
+    longer = [other for other in names if other.lower().startswith(str(name).lower())]
+    hint = did_you_mean(name, names) or (suggested(longer) if len(longer) <= 3 else "")
+    return hint if hint or not names else f"; known are {listed(names, most)}"

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ..base.units import UnitError, convert, is_quantity
 from ..execution.options import MOST_THREADS
 from ..run.settings import LEAST_RTOL, METHODS, MOST_RTOL
 
@@ -117,6 +118,16 @@ def positive(text: str) -> float:
     return number
 
 
+def seconds(text: str) -> float:
+    """A time above 0 [s], bare or with its unit."""
+    if is_quantity(text):
+        try:
+            return positive(repr(convert(text, "s")))
+        except UnitError as error:
+            raise argparse.ArgumentTypeError(f"{text!r}: {error}") from None
+    return positive(text)
+
+
 def tolerance(text: str) -> float:
     """A relative tolerance; whether the integrators accept it is left to them."""
     number = _number(text)
@@ -162,7 +173,7 @@ def _whole(text: str) -> int:
 
 COUNT = Kind("N", count)
 NUMBER = Kind("X", positive)
-SECONDS = Kind("T", positive)
+SECONDS = Kind("T", seconds)
 WORDS = Kind("A,B", words)
 FILE = Kind("FILE", file)
 DIRECTORY = Kind("DIR", directory)
@@ -213,7 +224,11 @@ MEANS = (
         "folder that keeps every finished run: a study that was interrupted goes on from there (default: "
         "none)",
     ),
-    Option("--run-seconds", SECONDS, "time after which a run is given up as failed [s]"),
+    Option(
+        "--run-seconds",
+        SECONDS,
+        "time after which a run is given up as failed [s], or with a unit as in '2 min'",
+    ),
     Option(
         "--max-seconds",
         SECONDS,

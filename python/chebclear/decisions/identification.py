@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.random import default_rng
 
-from ..base.arguments import Checks, meant_or_known
+from ..base.arguments import Checks
 from ..base.prefixes import format_range
 from ..base.rows import Array
-from ..base.shown import Shown, listed
+from ..base.shown import Shown, listed, meant_or_known
 from ..errors import ArgumentTypeError
 from ..notices import Notice, issue
 from ..scene.scene import Interval
@@ -168,18 +168,19 @@ class Identification(Shown):
         ValueError
             If a parameter is missing or outside, or runs are too few for the confidence or cannot be made.
         """
-        checks = Checks()
+        checks, given = Checks(), {}
         for name in dict.fromkeys([*self.intervals, *parameters]):
             if name not in self.intervals or name not in parameters:
                 checks.add(name, f"must be one of {', '.join(self.intervals)}, each with a value")
             else:
                 side = self.intervals[name]
-                checks.real(name, parameters[name], "SI unit", least=side.lower, most=side.upper)
+                unit = side.unit or "SI unit"
+                given[name] = checks.real(name, parameters[name], unit, least=side.lower, most=side.upper)
         least = math.ceil(self.confidence / (1.0 - self.confidence))
         if runs and (self._fresh is None or runs < least):
             checks.add("runs", f"must be at least {least}, of a study that can make them, got {runs}")
         checks.finish()
-        given = {name: float(parameters[name]) for name in self.intervals}
+        given = {name: given[name] for name in self.intervals}
         cube = on_cube(self.intervals, np.array([list(given.values())]))
         if not runs:
             return bool(self._table.ratio(cube, self._observed)[0] <= 1.0)

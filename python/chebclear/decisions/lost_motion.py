@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..base import units
-from ..base.arguments import Checks, as_number, meant_or_known
+from ..base.arguments import Checks, as_number
 from ..base.named import Named
 from ..base.rows import Array
-from ..base.shown import listed
+from ..base.shown import listed, meant_or_known
 from ..errors import ArgumentError, ArgumentTypeError
 from ..run.settings import Settings
 from ..run.simulation import simulate

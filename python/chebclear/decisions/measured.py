@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from ..base import files as records
-from ..base.arguments import Checks, meant_or_known
+from ..base.arguments import Checks
 from ..base.named import Named
 from ..base.prefixes import format_range
 from ..base.rows import Array
-from ..base.shown import Shown, listed
+from ..base.shown import Shown, listed, meant_or_known
 from ..base.units import UnitError, convert, is_quantity, si_unit, unit
 from ..errors import ArgumentError
 from ..scene.columns import column_unit

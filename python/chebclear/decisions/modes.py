@@ -121,7 +121,7 @@ class Modes(html.Tabled):
         """The place of a mode, of which this size is drawn."""
         checks = Checks()
         index = checks.whole("mode", mode, least=1, most=max(1, len(self))) - 1
-        checks.real("size", size, "-", above=0.0)
+        size = checks.real("size", size, "-", above=0.0)
         checks.finish()
         if not len(self):
             raise ArgumentError("there is no mode: nothing oscillates")

@@ -9,8 +9,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.random import default_rng
 
-from ..base.arguments import Checks, meant_or_known
+from ..base.arguments import Checks
 from ..base.rows import Array
+from ..base.shown import meant_or_known
 from ..base.units import unit
 from ..errors import ArgumentError
 from ..execution.failures import AllFailedError

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Literal, TypeAlias, Unpack
 
 import numpy as np
 
-from ..base.arguments import Checks, meant_or_known
+from ..base.arguments import Checks
 from ..base.named import ReadOnlyDict
 from ..base.rows import Array
-from ..base.units import unit
+from ..base.shown import meant_or_known
+from ..base.units import unit, units
 from ..errors import ArgumentTypeError
 from ..report import html
 from ..report.document import Table
@@ -68,9 +69,9 @@ class Archard:
 
     def __post_init__(self) -> None:
         checks = Checks()
-        checks.real("coefficient", self.coefficient, "-", above=0.0)
-        checks.real("hardness", self.hardness, "Pa", above=0.0)
-        checks.real("length", self.length, "m", above=0.0)
+        for name, symbol in (("coefficient", "-"), *units(Archard).items()):
+            number = checks.real(name, getattr(self, name), symbol, above=0.0)
+            object.__setattr__(self, name, number)
         checks.finish()
 
     def depths(self, run: Trajectory, joint: str) -> Array:
@@ -242,9 +243,14 @@ def wear_life(
             checks.add(f'wear["{name}"]', f"is no joint with clearance{meant_or_known(name, bearings)}")
         if not isinstance(law, Archard):
             checks.add(f'wear["{name}"]', f"must be a laws.Archard, got {law!r}", wrong_type=True)
-    given = {"limit": limit, "depth_per_jump": depth_per_jump, "cycle": cycle}
-    for name in (name for name, number in given.items() if number is not None):
-        checks.real(name, given[name], "s" if name == "cycle" else "m", above=0.0)
+    limit, depth_per_jump, cycle = (
+        None if number is None else checks.real(name, number, symbol, above=0.0)
+        for name, number, symbol in (
+            ("limit", limit, "m"),
+            ("depth_per_jump", depth_per_jump, "m"),
+            ("cycle", cycle, "s"),
+        )
+    )
     lower, upper = -math.inf, math.inf
     if requirement is not None:
         if not isinstance(requirement, Specification) or requirement.at is not None:
@@ -261,7 +267,7 @@ def wear_life(
     counted = checks.whole("measure", measure, least=1)
     runs = checks.whole("max_runs", max_runs, least=1)
     if max_cycles != math.inf:
-        checks.real("max_cycles", max_cycles, "-", above=0.0)
+        max_cycles = checks.real("max_cycles", max_cycles, "-", above=0.0)
     # A wrong time is reported once, not again by the settings that follow from it.
     time = scene.period if cycle is None or checks.noted("cycle") else float(cycle)
     output = None if requirement is None else requirement.quantity

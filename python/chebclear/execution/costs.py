@@ -74,7 +74,7 @@ class Plan:
     Attributes
     ----------
     runs : int
-        Simulations, the nominal one included [-].
+        Simulations, the nominal one and those for requirements included [-].
     seconds : float
         Time until the result is there [s].
     memory : float

@@ -8,10 +8,12 @@ import math
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypedDict, TypeVar
+from typing import Any, TypedDict, TypeVar, cast
 
-from ..base.arguments import Checks, as_number, did_you_mean, meant_or_known
+from ..base.arguments import Checks, as_number
 from ..base.options import with_fields
+from ..base.shown import did_you_mean, meant_or_known
+from ..base.units import convert, is_quantity, why_not
 from ..errors import ArgumentTypeError, SceneError, warn
 from ..scene.laws import ContactLaw, FrictionLaw, LankaraniNikravesh, ModifiedCoulomb
 from ..scene.parts import Body, ClearanceRevolute, Revolute
@@ -69,19 +71,21 @@ def hertz_stiffness(
     '3.326530e+11'
     """
     checks = Checks()  # the core never sees these numbers, but the stiffness alone
-    checks.real("journal_radius", journal_radius, "m", above=0.0)
-    checks.real("clearance", clearance, "m", above=0.0)
+    journal_radius = checks.real("journal_radius", journal_radius, "m", above=0.0)
+    clearance = checks.real("clearance", clearance, "m", above=0.0)
     checks.word("convention", convention, ("hertz", "as_printed"))
     materials = [("", young_modulus, poisson_ratio)]
     if bearing_young_modulus is not None or bearing_poisson_ratio is not None:
         other_modulus = young_modulus if bearing_young_modulus is None else bearing_young_modulus
         other_ratio = poisson_ratio if bearing_poisson_ratio is None else bearing_poisson_ratio
         materials.append(("bearing_", other_modulus, other_ratio))
+    pairs = []
     for prefix, modulus, ratio in materials:
-        checks.real(f"{prefix}young_modulus", modulus, "Pa", above=0.0)
-        checks.real(f"{prefix}poisson_ratio", ratio, "-", above=-1.0, below=1.0)
+        modulus = checks.real(f"{prefix}young_modulus", modulus, "Pa", above=0.0)
+        ratio = checks.real(f"{prefix}poisson_ratio", ratio, "-", above=-1.0, below=1.0)
+        pairs.append((modulus, ratio))
     checks.finish()
-    return _stiffness(journal_radius, clearance, materials[0][1:], materials[-1][1:], convention)
+    return _stiffness(journal_radius, clearance, pairs[0], pairs[-1], convention)
 
 
 def _stiffness(
@@ -258,7 +262,8 @@ def checked(
         if name not in PinOptions.__annotations__:
             known = [one for one in inspect.signature(mechanism).parameters if one != "options"]
             raise ArgumentTypeError(f'unknown keyword "{name}"{meant_or_known(name, known)}')
-    arguments, pins, defaults = Arguments(), Pins(**given["options"]), mechanism.__kwdefaults__ or {}
+    arguments, pins = Arguments(), Pins(**given["options"])
+    defaults = inspect.unwrap(mechanism).__kwdefaults__ or {}
     arguments.positive("journal_radius", pins.journal_radius)
     arguments.positive("young_modulus", pins.young_modulus)
     arguments.number("poisson_ratio", pins.poisson_ratio, "-")
@@ -276,9 +281,31 @@ def checked(
 
 
 def with_units(mechanism: Mechanism) -> Mechanism:
-    """Give a mechanism the units of its numbers, which `Study` asks for."""
-    vars(mechanism)["unit_of"] = unit_of
-    return mechanism
+    """Give a mechanism the units of its numbers, which `Study` asks for, and let it take texts with units."""
+
+    @functools.wraps(mechanism)
+    def built(**given: Any) -> Scene:
+        # Nearly always all are numbers, and studies make thousands of scenes.
+        if not _WITH_TEXTS.isdisjoint(map(type, given.values())):
+            given = {name: _in_si(name, value) for name, value in given.items()}
+        return mechanism(**given)
+
+    vars(built)["unit_of"] = unit_of
+    return cast(Mechanism, built)
+
+
+# Types of what may hold texts with units.
+_WITH_TEXTS = frozenset({str, dict})
+
+
+def _in_si(name: str, value: Any) -> Any:
+    """A text with the unit of an argument as a number in SI units; anything else, to be judged, as it is."""
+    if isinstance(value, Mapping):
+        return {key: _in_si(name, one) for key, one in value.items()}
+    unit = unit_of(name)
+    if unit and isinstance(value, str) and not why_not(value, unit) and is_quantity(value):
+        return convert(value, unit)
+    return value
 
 
 def with_pins(mechanism: Mechanism) -> Mechanism:

@@ -130,6 +130,16 @@ def unit_scale(si_unit: str, unit: str | None) -> tuple[float, str]:
         raise ArgumentError(f"unit={unit!r} of data in {si_unit}: {error}") from None
 
 
+def require_unit(ax: Axes | None, unit: str) -> None:
+    """Refuse numbers in another unit than the y axis of what is drawn already says."""
+    if ax is None or not hasattr(ax, "get_ylabel"):
+        return  # a new one, or no axes, which is refused where they are needed
+    said = re.search(r"\[([^\]]*)\]$", " ".join(ax.get_ylabel().split()))
+    if said is not None and ax.has_data() and unit and said[1] != unit:
+        what = f"has curves in {said[1]}, got one in {unit}"
+        raise ArgumentError(f'ax {what}: give unit="{said[1]}" if that is possible, or other axes')
+
+
 def abscissa_of(x: object, samples: int) -> Array:
     """The abscissa that a user gave, one finite or missing number for each sample."""
     given = np.asarray(x)

@@ -23,6 +23,7 @@ from .axes import (
     new_axes,
     plot_of,
     require,
+    require_unit,
     unit_scale,
 )
 from .labels import legend_above_the_data, plain_numbers, set_labels, set_x_label, with_unit, words_of
@@ -111,6 +112,7 @@ def plot_band(
     runs = checks.whole("runs", runs, least=0)
     checks.finish()
     scale, shown = unit_scale(band.unit, unit)
+    require_unit(ax, shown)
     zero = band.nominal if deviation else np.zeros(len(band.t))
     abscissa, own_label = _own_abscissa(band) if x is None else (abscissa_of(x, len(band.t)), "")
     ax = new_axes(ax)

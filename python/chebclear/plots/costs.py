@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..base.arguments import Checks, meant_or_known
+from ..base.arguments import Checks
 from ..base.prefixes import format_quantity
+from ..base.shown import meant_or_known
 from ..errors import UnknownNameError
 from ..scene.columns import column_unit, column_words, plain_words
 from .axes import COLORS, MARKERS, line_style, new_axes, plot_of
@@ -83,7 +84,7 @@ def plot_tradeoff(
     checks = Checks()
     checks.word("cost", cost, _COSTS)
     if until is not None:
-        checks.real("until", until, "s", above=0.0)
+        until = checks.real("until", until, "s", above=0.0)
     checks.finish()
     name = result.outputs[0] if output is None else output
     uncertainty = result.uncertainty(name, until)

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.arguments import Checks, meant_or_known
+from ..base.arguments import Checks
+from ..base.shown import meant_or_known
 from ..errors import ArgumentError, ArgumentTypeError, UnknownNameError
 from ..scene.columns import column_quantity, column_unit, column_words, plain_words
 from ..scene.parts import ClearanceRevolute, loose_joints
@@ -29,6 +30,7 @@ from .axes import (
     plot_of,
     require,
     require_name,
+    require_unit,
     unit_scale,
 )
 from .labels import (
@@ -93,6 +95,7 @@ def plot_trajectory(
     if len(units) != 1:
         raise ArgumentError(f"columns on one axis must share a unit, got {names} in {sorted(units)}")
     scale, shown = unit_scale(units.pop(), unit)
+    require_unit(ax, shown)
     abscissa = run.t if x is None else abscissa_of(x, len(run.t))
     ax = new_axes(ax)
     common = words_in_common(names)

@@ -6,7 +6,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from ..base.arguments import Checks, meant_or_known
+from ..base.arguments import Checks
+from ..base.shown import meant_or_known
 from ..base.units import unit
 from ..scene.columns import column_unit
 from ..scene.parts import has_contacts

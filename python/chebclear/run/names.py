@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ..base.arguments import did_you_mean, meant_or_known, suggested, synonyms
-from ..base.shown import listed
+from ..base.shown import did_you_mean, listed, meant_or_known, suggested, synonyms
 from ..errors import UnknownNameError
 
 if TYPE_CHECKING:

@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 from typing import Any, TypedDict
 
 from .. import _core
-from ..base.arguments import Checks, did_you_mean, meant_or_known
+from ..base.arguments import Checks
 from ..base.files import package_version
 from ..base.named import matching
 from ..base.options import Documented, with_fields
-from ..base.shown import Shown
+from ..base.shown import Shown, did_you_mean, meant_or_known
 from ..base.units import unit, units
 from ..errors import SettingsError, is_plain
 from ..scene.parts import Inspection

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from statistics import NormalDist
+from typing import TypeVar
 
 import numpy as np
 from numpy.random import Generator
 
 from ..base.arguments import Checks
-from ..base.quantities import Interval
+from ..base.quantities import Interval, Written, in_one_unit
 from ..base.rows import Array
 
 # The interval of a distribution without ends: three standard deviations to either side hold 99.73 %.
@@ -18,7 +19,7 @@ _REACH = 3.0
 
 
 @dataclass(frozen=True)
-class Normal:
+class Normal(Written):
     """A normally distributed parameter; see `normal`."""
 
     mean: float
@@ -28,7 +29,7 @@ class Normal:
     def interval(self) -> Interval:
         """Three standard deviations to either side of the mean."""
         reach = _REACH * self.standard_deviation
-        return Interval(self.mean - reach, self.mean + reach)
+        return Interval(self.mean - reach, self.mean + reach).in_unit(self.unit)
 
     def cdf(self, value: float) -> float:
         """Probability of a smaller value [-]."""
@@ -44,7 +45,7 @@ class Normal:
 
 
 @dataclass(frozen=True)
-class Lognormal:
+class Lognormal(Written):
     """A parameter whose logarithm is normally distributed; see `lognormal`."""
 
     mean: float
@@ -67,7 +68,8 @@ class Lognormal:
     def interval(self) -> Interval:
         """Three standard deviations of the logarithm to either side of the median, the nominal value."""
         about, reach = self._logarithm.mean, _REACH * self._logarithm.stdev
-        return Interval(math.exp(about - reach), math.exp(about + reach), math.exp(about))
+        side = Interval(math.exp(about - reach), math.exp(about + reach), math.exp(about))
+        return side.in_unit(self.unit)
 
     def cdf(self, value: float) -> float:
         """Probability of a smaller value [-]."""
@@ -85,7 +87,7 @@ class Lognormal:
 
 
 @dataclass(frozen=True)
-class Uniform:
+class Uniform(Written):
     """A uniformly distributed parameter; see `uniform`."""
 
     lower: float
@@ -94,7 +96,7 @@ class Uniform:
     @property
     def interval(self) -> Interval:
         """The whole range."""
-        return Interval(self.lower, self.upper)
+        return Interval(self.lower, self.upper).in_unit(self.unit)
 
     def cdf(self, value: float) -> float:
         """Probability of a smaller value [-]."""
@@ -110,7 +112,7 @@ class Uniform:
 
 
 @dataclass(frozen=True)
-class Triangular:
+class Triangular(Written):
     """A parameter with a triangular distribution; see `triangular`."""
 
     lower: float
@@ -120,7 +122,7 @@ class Triangular:
     @property
     def interval(self) -> Interval:
         """The whole range; the mode is the nominal value."""
-        return Interval(self.lower, self.upper, self.mode)
+        return Interval(self.lower, self.upper, self.mode).in_unit(self.unit)
 
     def cdf(self, value: float) -> float:
         """Probability of a smaller value [-]."""
@@ -143,6 +145,7 @@ class Triangular:
         return stream.triangular(self.lower, self.mode, self.upper, draws)
 
 
+Moments = TypeVar("Moments", Normal, Lognormal)
 Distribution = Normal | Lognormal | Uniform | Triangular
 
 
@@ -152,15 +155,28 @@ def inside(one: Distribution, side: Interval, shares: Array) -> Array:
     return np.clip([one.quantile(first + (last - first) * share) for share in shares], side.lower, side.upper)
 
 
-def normal(mean: float, standard_deviation: float) -> Normal:
+def _with_moments(
+    kind: type[Moments], mean: object, standard_deviation: object, *, above: float | None = None
+) -> Moments:
+    """A distribution with mean and standard deviation, which may be texts with units."""
+    given = {"mean": mean, "standard_deviation": standard_deviation}
+    (mean, standard_deviation), unit = in_one_unit(given)
+    checks = Checks()
+    center = checks.real("mean", mean, "SI unit", above=above)
+    spread = checks.real("standard_deviation", standard_deviation, "SI unit", above=0.0)
+    checks.finish()
+    return kind(center, spread).in_unit(unit)
+
+
+def normal(mean: float | str, standard_deviation: float | str) -> Normal:
     """A normal distribution of a parameter, for `Study`, `conformance` and `Band.quantiles`.
 
     Parameters
     ----------
-    mean : float
-        Mean [SI unit of the quantity].
-    standard_deviation : float
-        Standard deviation [SI unit of the quantity], above 0.
+    mean : float or str
+        Mean, in the SI unit of the quantity or with its unit, such as ``"120 mm"``.
+    standard_deviation : float or str
+        Standard deviation, above 0, likewise.
 
     Raises
     ------
@@ -173,22 +189,18 @@ def normal(mean: float, standard_deviation: float) -> Normal:
     >>> cc.normal(0.12, 1e-4).mean
     0.12
     """
-    checks = Checks()
-    center = checks.real("mean", mean, "SI unit")
-    spread = checks.real("standard_deviation", standard_deviation, "SI unit", above=0.0)
-    checks.finish()
-    return Normal(center, spread)
+    return _with_moments(Normal, mean, standard_deviation)
 
 
-def lognormal(mean: float, standard_deviation: float) -> Lognormal:
+def lognormal(mean: float | str, standard_deviation: float | str) -> Lognormal:
     """A distribution whose logarithm is normal, as of stiffnesses and other quantities above 0.
 
     Parameters
     ----------
-    mean : float
-        Mean of the quantity itself, not of its logarithm [SI unit of the quantity], above 0.
-    standard_deviation : float
-        Standard deviation of the quantity itself [SI unit of the quantity], above 0.
+    mean : float or str
+        Mean of the quantity itself, not of its logarithm, above 0, in its SI unit or with its unit.
+    standard_deviation : float or str
+        Standard deviation of the quantity itself, above 0, likewise.
 
     Raises
     ------
@@ -201,20 +213,16 @@ def lognormal(mean: float, standard_deviation: float) -> Lognormal:
     >>> cc.lognormal(1e9, 2e8).mean
     1000000000.0
     """
-    checks = Checks()
-    center = checks.real("mean", mean, "SI unit", above=0.0)
-    spread = checks.real("standard_deviation", standard_deviation, "SI unit", above=0.0)
-    checks.finish()
-    return Lognormal(center, spread)
+    return _with_moments(Lognormal, mean, standard_deviation, above=0.0)
 
 
-def uniform(lower: float, upper: float) -> Uniform:
+def uniform(lower: float | str, upper: float | str) -> Uniform:
     """A uniform distribution of a parameter, for `Study`, `conformance` and `Band.quantiles`.
 
     Parameters
     ----------
-    lower, upper : float
-        Ends [SI unit of the quantity].
+    lower, upper : float or str
+        Ends, in the SI unit of the quantity or with its unit.
 
     Raises
     ------
@@ -227,17 +235,18 @@ def uniform(lower: float, upper: float) -> Uniform:
     >>> cc.uniform(0.119, 0.121).upper
     0.121
     """
-    side = Interval(lower, upper)
-    return Uniform(side.lower, side.upper)
+    side = Interval(lower, upper)  # type: ignore[arg-type] # numbers once made
+    return Uniform(side.lower, side.upper).in_unit(side.unit)
 
 
-def triangular(lower: float, mode: float, upper: float) -> Triangular:
+def triangular(lower: float | str, mode: float | str, upper: float | str) -> Triangular:
     """A triangular distribution of a parameter: values near the mode occur most, none beyond the ends.
 
     Parameters
     ----------
-    lower, mode, upper : float
-        Ends and the value that occurs most, which may be an end [SI unit of the quantity].
+    lower, mode, upper : float or str
+        Ends and the value that occurs most, which may be an end, in the SI unit of the quantity or with its
+        unit.
 
     Raises
     ------
@@ -250,5 +259,5 @@ def triangular(lower: float, mode: float, upper: float) -> Triangular:
     >>> cc.triangular(0.119, 0.12, 0.122).mode
     0.12
     """
-    side = Interval(lower, upper, mode)
-    return Triangular(side.lower, side.nominal, side.upper)
+    side = Interval(lower, upper, mode)  # type: ignore[arg-type] # numbers once made
+    return Triangular(side.lower, side.nominal, side.upper).in_unit(side.unit)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
-from typing import TypeAlias
+from dataclasses import Field, dataclass, field
+from typing import Any, TypeAlias
 
 from ..base.units import unit
 from .columns import column_unit
@@ -83,6 +83,12 @@ class Table(Part):
     interpolation: str | None = None
     periodic: bool = False
     beyond: str = "end"
+
+    @classmethod
+    def _unit_of(cls, item: Field[Any], values: Mapping[str, Any]) -> str:
+        return (
+            unit_of_points(str(values["over"])) if item.name == "points" else super()._unit_of(item, values)
+        )
 
 
 def unit_of_points(over: str) -> str:

@@ -1,8 +1,8 @@
 """Records of the scene and their JSON: the annotations of a record's fields are its schema.
 
-A record converts its fields when it is made (numbers become floats, pairs and lists become tuples) and never
-raises: values of a wrong type are kept and reported together with all other problems, with their paths, when
-the record is written.
+A record converts its fields when it is made (numbers and texts with units become floats, pairs and lists
+become tuples) and never raises: values of a wrong type are kept and reported together with all other
+problems, with their paths, when the record is written.
 """
 
 from __future__ import annotations
@@ -11,14 +11,17 @@ import dataclasses
 import functools
 import inspect
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, ClassVar, Self, TypeAlias, TypeVar
 
 import numpy as np
 
-from ..base.arguments import as_number, did_you_mean, meant_or_known
+from ..base.arguments import as_number
 from ..base.named import ReadOnlyDict
 from ..base.options import PARAMETERS, parameters_of
+from ..base.shown import did_you_mean, meant_or_known
+from ..base.units import UnitError, convert, is_quantity, why_not
 from ..errors import Problem, UnknownKey
 
 Vector: TypeAlias = tuple[float, float]
@@ -34,6 +37,11 @@ _CONSTANTS = "Mapping[str, float]"
 _LIST = "Numbers"
 # A number, or a record in its place.
 _EITHER = "float | "
+
+_FIELD_AS_POWER = re.compile(r"\^([a-z_]+)$")
+# A unit, or the record and its field that have it: it is looked up where a text stands there.
+_Unit: TypeAlias = "str | tuple[Part, dataclasses.Field[Any]]"
+_Conversion: TypeAlias = Callable[[Any, _Unit], Any]
 
 # Types of numbers that are neither looked at as arrays nor asked whether they are booleans.
 _PLAIN = frozenset({float, int})
@@ -65,7 +73,7 @@ class Points(Named[Vector]):
 
     @staticmethod
     def _converted(value: Any) -> Any:
-        return _as_vector(value)
+        return _as_vector(value, "m")
 
 
 class Constants(Named[float]):
@@ -73,7 +81,7 @@ class Constants(Named[float]):
 
     @staticmethod
     def _converted(value: Any) -> Any:
-        return _as_float(value)
+        return _as_float(value, "unit")
 
 
 class Part:
@@ -97,10 +105,26 @@ class Part:
         # Nearly all values are as they should be; studies make thousands of scenes. What is frozen is set in
         # its dictionary, which costs half of what `object.__setattr__` does.
         values = vars(self)
-        for name, convert in _conversions(type(self)):  # type: ignore[arg-type]  # a class has another hash
-            value = values[name]
-            if type(value) is not float and (converted := convert(value)) is not value:
-                values[name] = converted
+        for item, in_type in _conversions(type(self)):  # type: ignore[arg-type]  # a class has another hash
+            value = values[item.name]
+            if type(value) is not float:
+                converted = in_type(value, (self, item))
+                if converted is not value:
+                    values[item.name] = converted
+
+    @classmethod
+    def _unit_of(cls, item: dataclasses.Field[Any], values: Mapping[str, Any]) -> str:
+        """Unit of a field beside the values of all; ``"unit"`` where there may be any.
+
+        One whose power is another field, such as N/m^exponent, has the number that is given there.
+        """
+        unit = str(item.metadata.get("unit", "unit"))
+        power = _FIELD_AS_POWER.search(unit)
+        if power is None or power[1] not in values:
+            return unit
+        number = as_number(values[power[1]])
+        # An expression there may stand for any number.
+        return "unit" if number is None else f"{unit[: power.start()]}^{number!r}"
 
 
 def _fields(part: type[Part]) -> tuple[dataclasses.Field[Any], ...]:
@@ -108,10 +132,10 @@ def _fields(part: type[Part]) -> tuple[dataclasses.Field[Any], ...]:
 
 
 @functools.cache
-def _conversions(part: Any) -> tuple[tuple[str, Callable[[Any], Any]], ...]:
+def _conversions(part: Any) -> tuple[tuple[dataclasses.Field[Any], _Conversion], ...]:
     """The fields of a record that may need it, with what puts a value into the type of the annotation."""
-    found = ((item.name, _conversion_of(str(item.type))) for item in _fields(part))
-    return tuple((name, convert) for name, convert in found if convert is not None)
+    found = ((item, _conversion_of(str(item.type))) for item in _fields(part))
+    return tuple((item, convert) for item, convert in found if convert is not None)
 
 
 def _is_flat(value: Any) -> bool:
@@ -121,7 +145,7 @@ def _is_flat(value: Any) -> bool:
         return False
 
 
-def _as_vector(value: Any) -> Any:
+def _as_vector(value: Any, unit: _Unit) -> Any:
     if type(value) is tuple:
         if len(value) == 2:  # nearly always
             x, y = value
@@ -133,27 +157,36 @@ def _as_vector(value: Any) -> Any:
             return value
     if not isinstance(value, (list, tuple, range, np.ndarray)) or not _is_flat(value):
         return value
-    numbers = [as_number(item) for item in value]
-    return tuple(item if number is None else number for item, number in zip(value, numbers, strict=True))
+    return tuple(_as_float(item, unit) for item in value)
 
 
-def _as_float(value: Any) -> Any:
+def _text_of(unit: _Unit) -> str:
+    return unit if isinstance(unit, str) else unit[0]._unit_of(unit[1], vars(unit[0]))
+
+
+def _as_float(value: Any, unit: _Unit) -> Any:
+    """A number or a quantity in SI units; anything else as it is, to be reported when a record is written."""
+    if isinstance(value, str) and is_quantity(value):
+        try:
+            return convert(value, _text_of(unit))
+        except UnitError:
+            return value
     number = as_number(value)
     return value if number is None else number
 
 
-def _as_named(kind: type[Named[Any]], value: Any) -> Any:
+def _as_named(kind: type[Named[Any]], value: Any, unit: _Unit) -> Any:
     # Asked of an abstract class alone, it costs a microsecond.
     return kind(value) if type(value) is not kind and isinstance(value, (dict, Mapping)) else value
 
 
-def _as_tuple(value: Any) -> Any:
+def _as_tuple(value: Any, unit: _Unit) -> Any:
     if isinstance(value, (tuple, list)):
         return tuple(value)
     return tuple(value) if isinstance(value, Iterable) and not isinstance(value, (str, Mapping)) else value
 
 
-def _conversion_of(annotation: str) -> Callable[[Any], Any] | None:
+def _conversion_of(annotation: str) -> _Conversion | None:
     """What gives a value the type that the annotation asks for, or leaves it if it cannot be."""
     if annotation in _NUMBERS or annotation.startswith(_EITHER):
         return _as_float
@@ -177,21 +210,26 @@ def write(part: Any, accepted: tuple[type[Part], ...], path: str, problems: list
         where, value = join(path, item.name), getattr(part, item.name)
         choices = part._choices.get(item.name)
         plain[item.name] = (
-            _write_value(value, str(item.type), where, problems)
+            _write_value(value, str(item.type), where, problems, (part, item))
             if choices is None
-            else _write_records(value, str(item.type), choices, where, problems)
+            else _write_records(value, str(item.type), choices, where, problems, (part, item))
         )
     return plain
 
 
 def _write_records(
-    value: Any, annotation: str, accepted: tuple[type[Part], ...], path: str, problems: list[Problem]
+    value: Any,
+    annotation: str,
+    accepted: tuple[type[Part], ...],
+    path: str,
+    problems: list[Problem],
+    unit: _Unit,
 ) -> Any:
     if value is None and annotation.endswith("| None"):
         return None
     if annotation.startswith(_EITHER) and not isinstance(value, Part):
         names = " or ".join(choice.__name__ for choice in accepted)
-        return _write_number(value, path, problems, f"a number or a {names}")
+        return _write_number(value, path, problems, unit, f"a number or a {names}")
     if not annotation.startswith("Sequence"):
         return write(value, accepted, path, problems)
     if isinstance(value, tuple):
@@ -200,13 +238,13 @@ def _write_records(
     return []
 
 
-def _write_value(value: Any, annotation: str, path: str, problems: list[Problem]) -> Any:
+def _write_value(value: Any, annotation: str, path: str, problems: list[Problem], unit: _Unit) -> Any:
     if value is None and annotation.endswith("| None"):
         return None
     if annotation in _NUMBERS:
-        return _write_number(value, path, problems)
+        return _write_number(value, path, problems, unit)
     if annotation == _VECTOR:
-        return _write_vector(value, path, problems)
+        return _write_vector(value, path, problems, unit)
     kind, wanted, empty = _KINDS[annotation.removesuffix(" | None")]
     if not isinstance(value, kind) or (
         isinstance(value, Named) and not all(isinstance(name, str) for name in value)
@@ -214,10 +252,11 @@ def _write_value(value: Any, annotation: str, path: str, problems: list[Problem]
         problems.append(Problem(path, f"must be {wanted}, got {value!r}"))
         return empty()
     if isinstance(value, tuple):
-        return [_write_number(item, f"{path}[{index}]", problems) for index, item in enumerate(value)]
+        return [_write_number(item, f"{path}[{index}]", problems, unit) for index, item in enumerate(value)]
     if isinstance(value, Named):
         item_of = _write_vector if annotation == _POINTS else _write_number
-        return {name: item_of(value[name], join(path, name), problems) for name in value}
+        own = "m" if annotation == _POINTS else "unit"
+        return {name: item_of(value[name], join(path, name), problems, own) for name in value}
     return empty(value)
 
 
@@ -231,16 +270,18 @@ _KINDS: dict[str, tuple[type, str, Callable[..., Any]]] = {
 }
 
 
-def _write_vector(value: Any, path: str, problems: list[Problem]) -> list[float | str]:
+def _write_vector(value: Any, path: str, problems: list[Problem], unit: _Unit) -> list[float | str]:
     if not isinstance(value, tuple) or len(value) != 2:
         problems.append(Problem(path, f"must be a pair of numbers (x, y), got {value!r}"))
         return ["NaN", "NaN"]
-    return [_write_number(item, f"{path}[{index}]", problems) for index, item in enumerate(value)]
+    return [_write_number(item, f"{path}[{index}]", problems, unit) for index, item in enumerate(value)]
 
 
-def _write_number(value: Any, path: str, problems: list[Problem], wanted: str = "a number") -> float | str:
+def _write_number(
+    value: Any, path: str, problems: list[Problem], unit: _Unit, wanted: str = "a number"
+) -> float | str:
     if not isinstance(value, float):
-        problems.append(Problem(path, f"must be {wanted}, got {value!r}"))
+        problems.append(Problem(path, f"must be {wanted}, got {value!r}{why_not(value, _text_of(unit))}"))
         return "NaN"
     written: float | str = as_json_number(value)
     return written

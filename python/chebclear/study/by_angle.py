@@ -8,7 +8,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from ..base.arguments import Checks, did_you_mean
+from ..base.arguments import Checks
+from ..base.shown import did_you_mean
 from ..errors import ArgumentError
 from ..notices import HORIZON, Notice
 from ..run.accuracy import BY_ANGLE

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ..base.arguments import Checks, meant_or_known
+from ..base.arguments import Checks
 from ..base.rows import Array
+from ..base.shown import meant_or_known
 from ..errors import ArgumentError, ArgumentTypeError
 from ..execution.failures import AllFailedError, FailedRun, count_failed, failure_notices
 from ..execution.pieces import NOT_BEGUN
@@ -144,7 +145,7 @@ def conformance(
     if failures is not None:
         failures = checks.whole("failures", failures, least=2)
     if width is not None:
-        checks.real("width", width, "-", above=0.0, below=1.0)
+        width = checks.real("width", width, "-", above=0.0, below=1.0)
     if failures is not None and width is not None:
         checks.add("failures", "and width are two rules of when to end: give one")
     checks.whole("inner", inner, least=0, most=MOST_RUNS)
@@ -222,10 +223,7 @@ def answered(runner: Runner, design: Design) -> StudyResult:
     The shares are those of its runs if these are draws from the distributions, else of as many others.
     """
     asked, shares = design.asked, None
-    own = asked.kind == "sample" if isinstance(asked, Grid) else asked.revolutions is None
-    # Independent points of the box are draws from uniform distributions; an instant is among all samples.
-    own = own and all(isinstance(one, Uniform) for one in runner.parameters.values())
-    own = own and bool(runner.requirements) and all(one.at is None for one in runner.requirements.values())
+    own = _are_draws(runner, design)
     if own:
         runner = _following(runner)
         if design.settings is not None and runner.settings is not None:
@@ -238,6 +236,22 @@ def answered(runner: Runner, design: Design) -> StudyResult:
     if own:
         shares = _of_runs(runner, result)
     return result if shares is None else _with(result, shares)
+
+
+def _are_draws(runner: Runner, design: Design) -> bool:
+    """Whether the runs of a design may be draws from the distributions, so that shares follow from them."""
+    asked = design.asked
+    own = asked.kind == "sample" if isinstance(asked, Grid) else asked.revolutions is None
+    # Independent points of the box are draws from uniform distributions; an instant is among all samples.
+    own = own and all(isinstance(one, Uniform) for one in runner.parameters.values())
+    return own and bool(runner.requirements) and all(one.at is None for one in runner.requirements.values())
+
+
+def runs_for_shares(runner: Runner, design: Design) -> int:
+    """Runs that `answered` makes besides those of the design, for the shares of the requirements."""
+    if not runner.requirements or (_are_draws(runner, design) and design.independent):
+        return 0
+    return max(_LEAST_RUNS, len(design.points)) * len(places(runner.parameters, 0, 0))
 
 
 def extended(

@@ -67,10 +67,10 @@ def band(
     if runs is not None:
         checks.whole("runs", runs, least=LEAST_RUNS, most=MOST_RUNS)
     most = checks.whole("max_runs", max_runs, least=1)
-    checks.real("coverage", coverage, "-", above=0.0, below=1.0)
-    checks.real("seconds", seconds, "s", above=0.0)
+    coverage = checks.real("coverage", coverage, "-", above=0.0, below=1.0)
+    seconds = checks.real("seconds", seconds, "s", above=0.0)
     if confidence is not None:
-        checks.real("confidence", confidence, "-", above=0.0, below=1.0)
+        confidence = checks.real("confidence", confidence, "-", above=0.0, below=1.0)
     if rtol is not None and runner.model is not None:
         checks.add("rtol", "is a setting of simulations: a model of your own does not use it")
     elif rtol is not None:
@@ -225,21 +225,21 @@ def on_grid(
     return Design(points, runner.settings, Usage(terms=terms), grid)
 
 
-def plan_of(runner: Runner, design: Design, probes: int | None) -> Plan:
-    """The cost of a design; see `Study.plan`."""
+def plan_of(runner: Runner, design: Design, probes: int | None, further: int = 0) -> Plan:
+    """The cost of a design and of further runs of the same kind; see `Study.plan`."""
     runs, rows, measured = _timed(runner, design.points, design.settings, probes, _ENOUGH)
     count = len(design.points) + 1
     shape = count, len(runs.t), len(runs.outputs)
     features = 0 if runs.features is None else math.prod(runs.features.shape[1:])
-    seconds = seconds_of(measured, count)
+    seconds = seconds_of(measured, count + further)
     if design.usage.terms and runs.outputs:
         seconds += _fit_seconds(runner, design, replace(runs, kept=rows[runs.kept]))
     return Plan(
-        count,
+        count + further,
         seconds,
         memory=taken() + study_memory(shape, design.usage, in_memory=runner.execution.in_memory),
         # A run leaves its counts, its key and a status besides.
-        disk=8.0 * math.prod(shape) + count * (8.0 * features + 200.0),
+        disk=8.0 * math.prod(shape) + (count + further) * (8.0 * features + 200.0),
         probes=sum(some for some, _ in measured),
     )
 

@@ -9,9 +9,9 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..base.arguments import Checks, meant_or_known
+from ..base.arguments import Checks
 from ..base.rows import Array
-from ..base.shown import listed
+from ..base.shown import listed, meant_or_known
 from ..errors import ArgumentError
 from ..execution.failures import FAILED, AllFailedError
 from ..notices import Notice, issue

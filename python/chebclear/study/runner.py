@@ -21,6 +21,7 @@ from .requirements.draws import check_drawn
 from .requirements.specification import Specification, checked_specifications
 from .sources.asked import (
     FeatureSpec,
+    check_dimensions,
     checked_features,
     checked_units,
     known_units,
@@ -125,6 +126,7 @@ def checked_runner(
         asked = {str(feature): feature for feature in settings.features}
     intervals = checked_intervals(checks, parameters)
     all_units = known_units(build, intervals) | checked_units(checks, units)
+    check_dimensions(checks, intervals, all_units)
     constant = dict(checks.mapping("fixed", fixed, "values"))
     check_keywords(checks, build, intervals, constant)
     if not is_request(progress):

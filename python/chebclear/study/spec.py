@@ -15,11 +15,11 @@ from typing import Any, get_args
 import numpy as np
 
 from .. import mechanisms
-from ..base.arguments import Checks, did_you_mean, meant_or_known
+from ..base.arguments import Checks
 from ..base.files import same
 from ..base.named import ReadOnlyDict
 from ..base.rows import Array
-from ..base.shown import in_a_sentence
+from ..base.shown import did_you_mean, in_a_sentence, meant_or_known
 from ..base.units import unit
 from ..errors import ArgumentError, Problem, SceneError
 from ..execution.options import OnFailure

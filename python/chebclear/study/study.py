@@ -12,8 +12,9 @@ from typing import Any, Unpack
 from numpy.random import Generator
 from numpy.typing import ArrayLike
 
-from ..base.arguments import Checks, meant_or_known
+from ..base.arguments import Checks
 from ..base.progress import Progress
+from ..base.shown import meant_or_known
 from ..execution.costs import Plan
 from ..execution.options import ExecutionOptions, OnFailure
 from ..notices import issue
@@ -24,7 +25,7 @@ from ..scene.scene import Interval, Scene
 from . import designs
 from .answers import simulated_extremes
 from .band.worst import WorstCase
-from .conforming import answered, extended
+from .conforming import answered, extended, runs_for_shares
 from .function import StudyFunction, function_of
 from .polynomials.surrogate import BoundKind
 from .requirements.specification import Specification
@@ -425,7 +426,8 @@ class Study:
         given = asked.bind(**arguments)
         given.apply_defaults()
         make: Callable[..., Design] = getattr(designs, method)
-        return designs.plan_of(self.runner, make(self.runner, **given.arguments), probes)
+        design = make(self.runner, **given.arguments)
+        return designs.plan_of(self.runner, design, probes, runs_for_shares(self.runner, design))
 
     @classmethod
     def from_runs(

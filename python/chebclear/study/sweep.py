@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.arguments import Checks, meant_or_known
+from ..base.arguments import Checks
 from ..base.named import Named
 from ..base.prefixes import format_quantity, format_range
 from ..base.rows import Array
-from ..base.shown import listed
+from ..base.shown import listed, meant_or_known
 from ..base.units import unit as unit_of
 from ..errors import ArgumentError, UnknownNameError
 from ..execution.batch import GatheredNotices
@@ -254,9 +254,12 @@ def sweep_of(
     asked = [one for one in runner.features.values() if isinstance(one, Feature) and one.unit != "s"]
     if not asked or len(asked) < len(runner.features):
         checks.add("features", "must be those of a revolution, such as the peak of an output, and no others")
+    unit = ""
+    if isinstance(parameter, str) and not checks.noted("parameter"):
+        unit = (known_units(runner.build, [parameter]) | dict(runner.units)).get(parameter, "")
+    ends = [checks.real(name, end, unit or "SI unit") for name, end in (("lower", lower), ("upper", upper))]
     checks.finish()
-    unit = (known_units(runner.build, [parameter]) | dict(runner.units)).get(parameter, "")
-    box = Interval(lower, upper)  # type: ignore[arg-type] # numbers once made
+    box = Interval(*ends)
     at = np.linspace(box.lower, box.upper, count)
     source = replace(runner, fixed=fixed)
     scenes = [scene_of(source, {**runner.nominal, parameter: value}) for value in at.tolist()]

@@ -8,7 +8,8 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any
 
-from ..base.arguments import did_you_mean
+from ..base.shown import did_you_mean
+from ..base.units import misfit, unit_of_quantity
 from ..errors import Problem, SceneError
 from ..scene.scene import Scene
 from .toml_text import Path
@@ -20,6 +21,8 @@ SECTIONS = (
 """What may stand at the top of a scene file."""
 # What distinguishes the entries of a list: starts name the joint or body that they are of.
 _NAMES = ("name", "joint", "body")
+# Keys of a parameter whose values have another unit than it, or none.
+_PLAIN = ("rel", "fit", "distribution", "unit", "note")
 
 
 def changed(values: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Path]]:
@@ -60,6 +63,7 @@ def _change(values: dict[str, Any], name: str, value: Any) -> Path:
             raise LookupError(f'there is no parameter and no section "{words[0]}"{hint}')
         words = ["parameters", *words]
     if words[0] == "parameters" and len(words) > 1:
+        _keep_dimension(parameters, words, value)
         _open_parameter(parameters, words, value)
     holder: Any = values
     path: Path = ()
@@ -73,6 +77,26 @@ def _change(values: dict[str, Any], name: str, value: Any) -> Path:
     key = _key(holder, words[-1], path)
     holder[key] = value
     return (*path, key)
+
+
+def _keep_dimension(parameters: Any, words: list[str], value: Any) -> None:
+    """Refuse a quantity of another dimension than the parameter has in the file."""
+    held = parameters.get(words[1]) if isinstance(parameters, Mapping) else None
+    own = unit_of_quantity(value) if isinstance(value, str) and words[-1] not in _PLAIN else ""
+    if own and (wrong := misfit(own, written_unit(held))):
+        raise LookupError(f'"{value}" {wrong}')
+
+
+def written_unit(held: Any) -> str:
+    """The unit in which a parameter of a file is written; empty if it is in none."""
+    if isinstance(held, Mapping):
+        if "unit" in held:
+            return str(held["unit"])
+        if "fit" in held:
+            return "um"
+        limits = held.get("limits")
+        held = held.get("nominal", limits[0] if isinstance(limits, list) and limits else "")
+    return unit_of_quantity(held) if isinstance(held, str) else ""
 
 
 def _open_parameter(parameters: Any, words: list[str], value: Any) -> None:

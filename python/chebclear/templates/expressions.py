@@ -19,8 +19,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.arguments import did_you_mean, meant_or_known
 from ..base.rows import Array
+from ..base.shown import did_you_mean, meant_or_known
 from ..base.units import quantity_meant
 from ..errors import Problem, describe
 
@@ -72,16 +72,55 @@ class ExpressionError(ValueError):
         self.column = column
 
 
-class ExpressionProblem(Problem):
+class UnknownNameInExpression(ExpressionError):
+    """A name that no parameter has."""
+
+
+class CausedProblem(Problem):
+    """A problem whose cause may show at several places of a file."""
+
+    cause: str
+    """What problems of one cause have in common; empty for one that stands for itself."""
+
+    def __new__(cls, path: str, message: str, cause: str = "") -> Self:
+        problem = super().__new__(cls, path, message)
+        problem.cause = cause
+        return problem
+
+    def with_more(self, words: str) -> Self:
+        """The problem with more words on it."""
+        problem = type(self)(self.path, f"{self.message}{words}")
+        vars(problem).update(vars(self))
+        return problem
+
+    def with_others(self, others: Sequence[Problem]) -> Self:
+        """The first problem of a cause, with how many follow and where the last of them is."""
+        places = "" if len(others) == 1 else f" {len(others)} more places, the last of them"
+        return self.with_more(f"; the same at{places} {others[-1].path}")
+
+
+class ExpressionProblem(CausedProblem):
     """A problem inside the text of an expression."""
 
     offset: int
     """Characters of the text before it [-]."""
 
-    def __new__(cls, path: str, message: str, offset: int = 0) -> Self:
-        problem = super().__new__(cls, path, message)
+    def __new__(cls, path: str, message: str, offset: int = 0, cause: str = "") -> Self:
+        problem = super().__new__(cls, path, message, cause)
         problem.offset = offset
         return problem
+
+
+def by_cause(problems: Iterable[Problem]) -> list[Problem]:
+    """Problems with those of one cause as one."""
+    groups: dict[object, list[Problem]] = {}
+    for index, problem in enumerate(problems):
+        cause = problem.cause if isinstance(problem, CausedProblem) else ""
+        groups.setdefault(cause or index, []).append(problem)
+    return [
+        first.with_others(others) if others and isinstance(first, CausedProblem) else first
+        for first, *others in groups.values()
+    ]
 
 
 @dataclass(frozen=True)
@@ -107,8 +146,13 @@ class Expression:
         """The value with these of all names [SI units]; an ExpressionError where there is no finite one."""
         return _evaluate(self._tree, {**CONSTANTS, **values})
 
-    def require(self, known: Iterable[str]) -> None:
-        """Raise an ExpressionError at the first name that is not known."""
+    @property
+    def name(self) -> str:
+        """The name that it consists of; empty if it is more than that."""
+        return self._tree.id if isinstance(self._tree, ast.Name) else ""
+
+    def require(self, known: Iterable[str], meant: Iterable[str] = ()) -> None:
+        """Raise an ExpressionError at the first name that is not known; `meant` are others to suggest."""
         known = [*known, *CONSTANTS]
         functions = {id(node.func) for node in ast.walk(self._tree) if isinstance(node, ast.Call)}
         unknown = [
@@ -118,7 +162,9 @@ class Expression:
         ]
         if unknown:
             column, name = min(unknown)
-            raise ExpressionError(f'unknown name "{name}"{meant_or_known(name, known)}', column)
+            raise UnknownNameInExpression(
+                f'unknown name "{name}"{meant_or_known(name, [*known, *meant])}', column
+            )
 
     def column(self, values: Mapping[str, float | Array], runs: int) -> Array:
         """The values for many runs, shape (runs,), to the same bits; NaN where `evaluate` raises."""
@@ -212,7 +258,7 @@ def _evaluate(node: ast.expr, values: Mapping[str, float]) -> float:
             case ast.Name():
                 if node.id not in values:
                     hint = meant_or_known(node.id, values)
-                    raise ExpressionError(f'unknown name "{node.id}"{hint}', column)
+                    raise UnknownNameInExpression(f'unknown name "{node.id}"{hint}', column)
                 result = float(values[node.id])
             case ast.BinOp():
                 left, right = _evaluate(node.left, values), _evaluate(node.right, values)

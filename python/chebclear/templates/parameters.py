@@ -8,14 +8,14 @@ import sys
 from collections.abc import Mapping
 from typing import Any
 
-from ..base.arguments import did_you_mean
 from ..base.quantities import Interval
-from ..base.units import UnitError, is_quantity, parse_unit, written
-from ..errors import SceneError
+from ..base.shown import did_you_mean
+from ..base.units import UnitError, parse_unit, written
 from ..scene.distributions import Distribution, Lognormal, normal, triangular, uniform
+from .changes import written_unit
 from .expressions import CONSTANTS, FUNCTIONS, Expression
 from .fits import FitError, radial_clearance
-from .template import Parameter, evaluated
+from .template import Parameter, evaluation
 from .toml_text import Path
 from .values import Values
 
@@ -34,14 +34,15 @@ _ROUNDING = 4.0 * sys.float_info.epsilon
 _FIT = re.compile(r"\s*[\d.]+\s*[A-Za-z]{1,2}\d{1,2}\s*/\s*[A-Za-z]{1,2}\d{1,2}\s*", re.ASCII)
 
 
-def read_parameters(given: Any, values: Values) -> tuple[dict[str, Parameter], dict[str, float]]:
-    """The parameters of a file by name, and their nominal values as far as all have one [SI units]."""
+def read_parameters(given: Any, values: Values) -> dict[str, Parameter]:
+    """The parameters of a file by name; notes their nominal values, and those that have none."""
     if not isinstance(given, Mapping):
         values.note(("parameters",), f"must be a table, got {given!r}")
-        return {}, {}
+        return {}
     if len(given) > MOST_PARAMETERS:
         values.note(("parameters",), f"has {len(given)} entries; at most {MOST_PARAMETERS} are accepted")
-        return {}, {}
+        values.lost |= set(given)
+        return {}
     return _Reader(given, values).read()
 
 
@@ -54,10 +55,8 @@ class _Reader:
         self.facts = {name: value if isinstance(value, Mapping) else {} for name, value in given.items()}
         self.units = {name: self._unit(name) for name in given}
         self.closed: dict[str, Interval] = {}
-        self.constants: dict[str, float] = {}
 
-    def read(self) -> tuple[dict[str, Parameter], dict[str, float]]:
-        before = len(self.values.problems)
+    def read(self) -> dict[str, Parameter]:
         for name, facts in self.facts.items():
             self._check_name(name)
             self._check_keys(name, facts)
@@ -65,12 +64,11 @@ class _Reader:
             if side is not None:
                 self.closed[name] = side
         nominal = self._nominal()
-        if len(self.values.problems) == before:
-            try:
-                self.constants = evaluated({name: nominal[name] for name in self.given})
-            except SceneError as error:
-                self.values.problems += error.problems
-        parameters = {
+        named = {name: nominal[name] for name in self.given if name in nominal}
+        self.values.constants, problems = evaluation(named, self.given.keys() - named.keys())
+        self.values.lost |= self.given.keys() - self.values.constants.keys()
+        self.values.problems += problems
+        return {
             name: Parameter(
                 name,
                 nominal[name],
@@ -82,7 +80,6 @@ class _Reader:
             for name in self.given
             if name in nominal
         }
-        return parameters, self.constants
 
     def _check_name(self, name: str) -> None:
         if not name.isascii() or not name.isidentifier():
@@ -131,7 +128,9 @@ class _Reader:
             self.values.note(path, f"must be a pair [lower, upper], got {value!r}")
             return None
         unit = self.units[name] or "unit"
-        ends = [self.values.constant(end, (*path, index), unit) for index, end in enumerate(value)]
+        ends = [
+            self.values.constant(end, (*path, index), unit, alone=True) for index, end in enumerate(value)
+        ]
         if ends[0] is None or ends[1] is None:
             return None
         if not ends[0] < ends[1]:
@@ -161,7 +160,7 @@ class _Reader:
         return nominal
 
     def _interval(self, name: str) -> Interval | None:
-        facts, middle = self.facts[name], self.constants.get(name)
+        facts, middle = self.facts[name], self.values.constants.get(name)
         closed = self.closed.get(name)
         if closed is not None:
             if middle is not None and not closed.lower <= middle <= closed.upper:
@@ -211,7 +210,7 @@ class _Reader:
 
     def _relative(self, name: str, middle: float) -> tuple[float, float] | None:
         path: Path = ("parameters", name, "rel")
-        rel = self.values.constant(self.facts[name]["rel"], path, "-")
+        rel = self.values.constant(self.facts[name]["rel"], path, "-", alone=True)
         if rel is None:
             return None
         if not 0.0 < rel < 1.0:
@@ -222,7 +221,7 @@ class _Reader:
     def _distances(self, name: str) -> tuple[float, float] | None:
         facts, path = self.facts[name], ("parameters", name)
         minus, plus = (
-            self.values.constant(facts[key], (*path, key), self.units[name] or "unit")
+            self.values.constant(facts[key], (*path, key), self.units[name] or "unit", alone=True)
             if key in facts
             else 0.0
             for key in ("minus", "plus")
@@ -237,7 +236,7 @@ class _Reader:
 
     def _unit(self, name: str) -> str:
         """The unit that is given, or that of the nominal value; all others of the parameter must fit it."""
-        value, facts = self.given[name], self.facts[name]
+        facts = self.facts[name]
         if "unit" in facts:
             try:
                 parse_unit(str(facts["unit"]))
@@ -245,14 +244,7 @@ class _Reader:
                 self.values.note(("parameters", name, "unit"), str(error))
                 return ""
             return str(facts["unit"])
-        if "fit" in facts:
-            return "um"
-        limits = facts.get("limits")
-        first = limits[0] if isinstance(limits, list) and limits else ""
-        value = facts.get("nominal", first) if facts else value
-        if not isinstance(value, str) or not is_quantity(value):
-            return ""
-        unit = value.split(maxsplit=1)[1].strip()
+        unit = written_unit(self.given[name])
         try:
             parse_unit(unit)
         except UnitError:  # reported where the value is read

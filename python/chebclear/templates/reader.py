@@ -6,17 +6,18 @@ import json
 import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import MISSING, Field, fields
+from dataclasses import Field, fields
 from pathlib import Path as FilePath
 from typing import Any
 
-from ..base.arguments import as_number, meant_or_known
+from ..base.shown import did_you_mean, meant_or_known
+from ..base.units import misfit, unit_of_quantity
 from ..errors import ArgumentTypeError, Problem, SceneError, UnknownKey, is_plain
-from ..scene.functions import Expression as FormulaOfMotion, names_of_motion, unit_of_points
+from ..scene.functions import Expression as FormulaOfMotion, names_of_motion
 from ..scene.scene import Scene
 from ..scene.schema import Part, at_or_below
 from .changes import SECTIONS, changed
-from .expressions import Expression, ExpressionError, ExpressionProblem, parse
+from .expressions import CausedProblem, Expression, ExpressionError, ExpressionProblem, by_cause, parse
 from .parameters import read_parameters
 from .run_table import check_names, read_costs, read_features, read_requirements, read_run
 from .template import Template, path_text
@@ -179,13 +180,20 @@ class _Reader:
 
     def __init__(self, file: dict[str, Any]) -> None:
         self.file = file
+        misspelt = (
+            key for key in file if key not in SECTIONS and '"parameters"' in did_you_mean(key, SECTIONS)
+        )
+        given = file.get("parameters", file.get(next(misspelt, ""), {}))
+        self.given: Mapping[str, Any] = given if isinstance(given, Mapping) else {}
+        self.units: dict[str, str] = {}
         self.values = Values()
         self.expressions: list[tuple[Path, Expression]] = []
 
     def template(self) -> Template:
         self._check_head()
-        parameters, constants = read_parameters(self.file.get("parameters", {}), self.values)
-        run = read_run(self.file.get("run", {}), constants, self.values)
+        parameters = read_parameters(self.file.get("parameters", self.given), self.values)
+        self.units = {name: one.unit for name, one in parameters.items()}
+        run = read_run(self.file.get("run", {}), self.values)
         features = read_features(self.file.get("features", {}), self.values)
         requirements = read_requirements(self.file.get("requirements", {}), self.values)
         costs = read_costs(self.file.get("costs", {}), parameters, self.values)
@@ -195,7 +203,7 @@ class _Reader:
                 self.values.unknown((key,), meant_or_known(key, SECTIONS, most=20))
         scene = self._part({key: value for key, value in self.file.items() if key in names}, (Scene,), ())
         if not isinstance(scene, dict):
-            raise SceneError(self.values.problems)
+            raise SceneError(by_cause(self.values.problems))
         template = Template(
             title=self.file.get("title", ""),
             parameters=parameters,
@@ -207,9 +215,9 @@ class _Reader:
             _scene=scene,
             _expressions=tuple(self.expressions),
         )
-        self._check_scene(template, constants)
+        self._check_scene(template)
         if self.values.problems:
-            raise SceneError(self.values.problems)
+            raise SceneError(by_cause(self.values.problems))
         return template
 
     def _check_head(self) -> None:
@@ -221,15 +229,14 @@ class _Reader:
             self.values.note(("title",), f"must be a text without control characters, got {title!r}")
             self.file = {**self.file, "title": ""}
 
-    def _check_scene(self, template: Template, constants: Mapping[str, float]) -> None:
+    def _check_scene(self, template: Template) -> None:
         """What only the whole scene shows, at the nominal values."""
         known = list(self.values.problems)
-        names = self.file.get("parameters", {})
-        lost = not isinstance(names, Mapping) or not set(names) <= set(constants)
+        lost = bool(self.values.lost) or not isinstance(self.file.get("parameters", {}), Mapping)
         try:
             if lost:
                 # Any number will do to see whether the tables are right; what it leads to is no news.
-                template.scene_at(dict.fromkeys(names, 1.0) | dict(constants))
+                template.scene_at(dict.fromkeys(self.given, 1.0) | self.values.constants)
                 return
             facts = template.scene().check()
         except SceneError as error:
@@ -257,8 +264,9 @@ class _Reader:
             word = plain.get(part._tag[0], "")
             part = words.get(word, part) if isinstance(word, str) else part
         known = {item.name: item for item in fields(part)}  # type: ignore[arg-type]
+        beside = {name: item.default for name, item in known.items()} | dict(plain)
         return {
-            name: self._field(value, known[name], part, (*path, name), _unit_of(known[name], known, plain))
+            name: self._field(value, known[name], part, (*path, name), part._unit_of(known[name], beside))
             if name in known
             else value
             for name, value in plain.items()
@@ -277,10 +285,15 @@ class _Reader:
                 names = names_of_motion(value, quantities)
                 if names is not None:
                     return self._formula(value, names, path, quantities)
+                return self._stand_in(value, unit, path, ("time",))
         if annotation.startswith("float"):
             return self._stand_in(value, unit, path)
         if annotation in ("Vector", "Numbers") and isinstance(value, list):
-            return [self._stand_in(one, unit, (*path, index)) for index, one in enumerate(value)]
+            before = len(self.values.problems)
+            found = [self._stand_in(one, unit, (*path, index)) for index, one in enumerate(value)]
+            if item.name == "points" and len(self.values.problems) > before:
+                self._suggest_over(value, unit, before)
+            return found
         if annotation == "Mapping[str, float]" and isinstance(value, Mapping):
             return {name: self._stand_in(one, unit, (*path, name)) for name, one in value.items()}
         if annotation.startswith("Mapping") and isinstance(value, Mapping):
@@ -292,47 +305,58 @@ class _Reader:
             }
         return value
 
+    def _suggest_over(self, points: Sequence[Any], unit: str, first: int) -> None:
+        """Say of a table whose points are no times, but angles, over which quantity it may be meant."""
+        own = {unit_of_quantity(one) for one in points if isinstance(one, str)}
+        if unit != "s" or not any(one and not misfit(one, "rad") for one in own):
+            return
+        lists = (self.file.get(name, []) for name in ("drives", "joints", "bodies"))
+        entries = [
+            one for many in lists if isinstance(many, list) for one in many if isinstance(one, Mapping)
+        ]
+        turning = [
+            one.get("joint", one.get("name"))
+            for one in entries
+            if one.get("type", "revolute") in ("speed", "motion", "revolute")
+        ]
+        name = next((one for one in turning if isinstance(one, str)), "crank")
+        problem = self.values.problems[first]
+        assert isinstance(problem, CausedProblem)
+        hint = f'; a table over an angle says so: over = "{name}.angle"'
+        self.values.problems[first] = problem.with_more(hint)
+
     def _formula(
         self, text: str, names: Iterable[str], path: Path, quantities: Sequence[str]
     ) -> dict[str, Any]:
         """A formula of the motion whose constants are the parameters in it."""
-        parameters = self.file.get("parameters", {})
+        parameters = self.given
         used = [name for name in dict.fromkeys(names) if name in parameters]
         for name in dict.fromkeys(names):
             if name not in (*parameters, *quantities, "time") and "." not in name:
-                meant = meant_or_known(name, (*parameters, *quantities))
+                meant = meant_or_known(name, (*parameters, *quantities, "time"))
                 self.values.note(path, f'unknown name "{name}"{meant}')
         self.expressions += [((*path, "constants", name), parse(name)) for name in used]
         return {"function": "expression", "text": text, "constants": dict.fromkeys(used, 0.0)}
 
-    def _stand_in(self, value: Any, unit: str, path: Path) -> Any:
-        """A number in SI units; zero, and a note of what to put there, for an expression."""
+    def _stand_in(self, value: Any, unit: str, path: Path, meant: Sequence[str] = ()) -> Any:
+        """A number in SI units; zero, and a note of what to put there, for an expression.
+
+        `meant` are names of a formula in the same place.
+        """
         if not isinstance(value, str):
             return value
         number = self.values.number(value, unit, path)
         if not isinstance(number, Expression):
             return 0.0 if number is None else number
-        parameters = self.file.get("parameters", {})
+        parameters = self.given
         if number.names and number.names <= set(parameters):
             self.expressions.append((path, number))
+            if number.name and (wrong := misfit(self.units.get(number.name, ""), unit)):
+                self.values.note(path, f'"{number.name}" {wrong}')
             return 0.0
         try:
-            number.require(parameters)
+            number.require(parameters, meant)
             return number.evaluate({})
         except ExpressionError as error:
             self.values.refuse(path, number.text, error)
             return 0.0
-
-
-def _unit_of(item: Field[Any], known: Mapping[str, Field[Any]], plain: Mapping[str, Any]) -> str:
-    """Unit of a field; one whose power is another field, such as N/m^exponent, has the number given there."""
-    if item.name == "points" and "over" in plain:
-        return unit_of_points(str(plain["over"]))
-    unit = str(item.metadata.get("unit", "unit"))
-    power = re.search(r"\^([a-z_]+)$", unit)
-    if power is None or power[1] not in known:
-        return unit
-    default = known[power[1]].default
-    number = as_number(plain.get(power[1], None if default is MISSING else default))
-    # An expression there may stand for any number.
-    return "unit" if number is None else f"{unit[: power.start()]}^{number!r}"

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ..base.arguments import Checks, meant_or_known
+from ..base.arguments import Checks
+from ..base.shown import meant_or_known
 from ..base.units import is_quantity, units
 from ..errors import ArgumentError, ArgumentTypeError, SceneError, is_plain
 from ..run.features import JOINT_KINDS, KINDS, Feature
@@ -33,7 +34,7 @@ _TOLERANCE = "tolerance"
 _COST_EXAMPLE = '"3 + 2e-5 / tolerance", or a catalog such as { "10 um" = 7.5, "20 um" = 5 } or { IT7 = 9 }'
 
 
-def read_run(given: Any, constants: Mapping[str, float], values: Values) -> dict[str, Any]:
+def read_run(given: Any, values: Values) -> dict[str, Any]:
     """The settings of a file as keywords of `simulate` and `Study` [SI units]."""
     if not isinstance(given, Mapping):
         values.note(("run",), f"must be a table, got {given!r}")
@@ -43,7 +44,7 @@ def read_run(given: Any, constants: Mapping[str, float], values: Values) -> dict
     run: dict[str, Any] = {}
     for key, value in given.items():
         if key in UNITS:
-            number = values.constant(value, ("run", key), UNITS[key], constants)
+            number = values.constant(value, ("run", key), UNITS[key])
             if number is not None:
                 run[key] = int(number) if key in _WHOLE and number == int(number) else number
         elif key == "outputs" and value == []:
@@ -183,12 +184,16 @@ def read_costs(
     found: dict[str, CostFunction | dict[str, float]] = {}
     for name, cost in given.items():
         path = ("costs", name)
+        if name in values.lost or (name in parameters and values.has_problem(("parameters", name))):
+            continue
         if name not in parameters:
             values.note(path, f"unknown parameter{meant_or_known(name, parameters)}")
         elif parameters[name].interval is None:
             values.note(path, "the parameter has no interval: give it rel, plus and minus, limits or fit")
         elif isinstance(cost, Mapping):
-            prices = {key: values.constant(price, (*path, key), "-") for key, price in cost.items()}
+            prices = {
+                key: values.constant(price, (*path, key), "-", alone=True) for key, price in cost.items()
+            }
             found[name] = {key: price for key, price in prices.items() if price is not None}
         elif not isinstance(cost, str):
             values.note(path, f"must be {_COST_EXAMPLE}, got {cost!r}")

@@ -6,7 +6,7 @@ import copy
 import inspect
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
@@ -15,9 +15,10 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from ..base.arguments import did_you_mean
+from ..base.arguments import Checks
 from ..base.quantities import Interval
 from ..base.rows import Array
+from ..base.shown import did_you_mean
 from ..base.units import si_unit, written
 from ..base.writing import named, replaced
 from ..errors import ArgumentError, ArgumentTypeError, Problem, SceneError, UnknownNameError
@@ -31,7 +32,7 @@ from ..scene.scene import Scene
 from ..scene.schema import read
 from ..scene.structure import Structure
 from ..study.requirements.specification import Specification
-from .expressions import Expression, ExpressionError, ExpressionProblem
+from .expressions import Expression, ExpressionError, ExpressionProblem, UnknownNameInExpression
 from .toml_text import Path, write_toml
 
 if TYPE_CHECKING:
@@ -177,7 +178,8 @@ class Template:
         return si_unit(self.parameters[name].unit)
 
     def values(self, **given: float) -> dict[str, float]:
-        """Value of every parameter [SI units]: as given, else its nominal one.
+        """Value of every parameter [SI units]: as given, which may be a text with its unit, else its nominal
+        one.
 
         Raises
         ------
@@ -189,6 +191,12 @@ class Template:
         for name in given:
             if name not in self.parameters:
                 raise ArgumentTypeError(f'unknown parameter "{name}"{did_you_mean(name, self.parameters)}')
+        texts = [name for name, value in given.items() if isinstance(value, str)]
+        if texts:
+            checks = Checks()
+            for name in texts:
+                given[name] = checks.number(name, given[name], self.unit_of(name) or "SI unit")
+            checks.finish()
         return evaluated({name: one.nominal for name, one in self.parameters.items()} | given)
 
     def scene(self, **given: float) -> Scene:
@@ -301,7 +309,8 @@ class Template:
         drawn: dict[str, Interval | Distribution] = dict(self.intervals)
         drawn |= {name: one.distribution for name, one in self.parameters.items() if one.distribution}
         # Without distributions there are no shares.
-        required = self.requirements if any(one.distribution for one in self.parameters.values()) else None
+        random = any(one.distribution for one in self.parameters.values())
+        required = self.requirements if random and self.requirements else None
         given: dict[str, Any] = {"features": features, "requirements": required} | dict(self.run) | options
         if required and isinstance(given["features"], Mapping):
             # Other features do not replace those that are required.
@@ -360,10 +369,25 @@ class Template:
 
 
 def evaluated(nominal: Mapping[str, float | Expression]) -> dict[str, float]:
-    """Values of parameters, those first that others need; a SceneError for a cycle or one without a value."""
+    """Values of parameters; a SceneError for a cycle or one without a value."""
+    values, problems = evaluation(nominal)
+    if problems:
+        raise SceneError(problems)
+    return values
+
+
+def evaluation(
+    nominal: Mapping[str, float | Expression], lost: Iterable[str] = ()
+) -> tuple[dict[str, float], list[Problem]]:
+    """Values of parameters, those first that others need, and the problems of those that have none.
+
+    What needs one that is `lost`, or has a problem, has no value either, which is no problem of its own.
+    """
     values: dict[str, float] = {}
-    failed: set[str] = set()
+    failed = set(lost)
     problems: list[Problem] = []
+
+    known = nominal.keys() | failed
 
     def settle(name: str, above: tuple[str, ...]) -> bool:
         if name in values or name in failed:
@@ -375,14 +399,15 @@ def evaluated(nominal: Mapping[str, float | Expression]) -> dict[str, float]:
         one = nominal[name]
         if isinstance(one, Expression):
             # All parameters, so that every cycle is found; the evaluation reports unknown names.
-            if not all([settle(other, (*above, name)) for other in sorted(one.names) if other in nominal]):
+            if not all([settle(other, (*above, name)) for other in sorted(one.names) if other in known]):
                 failed.add(name)
                 return False
             try:
                 values[name] = one.evaluate(values)
             except ExpressionError as error:
                 words = f'"{one.text}" {error}'
-                problems.append(ExpressionProblem(f"parameters.{name}", words, error.column))
+                cause = str(error) if isinstance(error, UnknownNameInExpression) else ""
+                problems.append(ExpressionProblem(f"parameters.{name}", words, error.column, cause))
                 failed.add(name)
                 return False
         else:
@@ -390,11 +415,8 @@ def evaluated(nominal: Mapping[str, float | Expression]) -> dict[str, float]:
         return True
 
     for name in nominal:
-        if not problems:
-            settle(name, ())
-    if problems:
-        raise SceneError(problems)
-    return {name: values[name] for name in nominal}
+        settle(name, ())
+    return {name: values[name] for name in nominal if name in values}, problems
 
 
 def path_text(path: Path) -> str:

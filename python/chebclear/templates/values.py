@@ -3,26 +3,44 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 from ..base.arguments import as_number
 from ..base.units import UnitError, convert, is_quantity
 from ..errors import Problem, UnknownKey
-from .expressions import Expression, ExpressionError, ExpressionProblem, parse
+from ..scene.schema import at_or_below
+from .expressions import (
+    CausedProblem,
+    Expression,
+    ExpressionError,
+    ExpressionProblem,
+    UnknownNameInExpression,
+    parse,
+)
 from .template import path_text
 from .toml_text import Path
 
 
 class Values:
-    """Reads values and notes every problem with its path."""
+    """Reads values and notes every problem with its path.
+
+    What follows from a wrong parameter is wrong for that reason alone, and no problem of its own.
+    """
 
     def __init__(self) -> None:
         self.problems: list[Problem] = []
+        self.constants: dict[str, float] = {}
+        """Nominal values of parameters [SI units]."""
+        self.lost: set[str] = set()
+        """Parameters without a value, which is a problem already."""
 
     def note(self, path: Path, message: str) -> None:
         """Note a problem."""
         self.problems.append(Problem(path_text(path), message))
+
+    def has_problem(self, path: Path) -> bool:
+        """Whether a problem was noted at a path or below it."""
+        return any(at_or_below(problem.path, path_text(path)) for problem in self.problems)
 
     def unknown(self, path: Path, hint: str) -> None:
         """Note a key that there is not."""
@@ -42,25 +60,29 @@ class Values:
         try:
             return convert(value, unit) if is_quantity(value) else parse(value)
         except UnitError as error:
-            self.note(path, f'"{value}": {error}')
+            # Entries of one list have one unit.
+            cause = f"{path_text(path[:-1])}: {error}" if path and isinstance(path[-1], int) else ""
+            self.problems.append(CausedProblem(path_text(path), f'"{value}": {error}', cause))
         except ExpressionError as error:
             self.refuse(path, value, error)
         return None
 
     def refuse(self, path: Path, text: str, error: ExpressionError, more: str = "") -> None:
         """Note an expression that cannot be read or evaluated, with the place inside its text."""
-        self.problems.append(ExpressionProblem(path_text(path), f'"{text}" {error}{more}', error.column))
+        cause = str(error) if isinstance(error, UnknownNameInExpression) else ""
+        self.problems.append(
+            ExpressionProblem(path_text(path), f'"{text}" {error}{more}', error.column, cause)
+        )
 
-    def constant(
-        self, value: Any, path: Path, unit: str = "unit", known: Mapping[str, float] | None = None
-    ) -> float | None:
-        """A number that follows no parameters but the known ones."""
+    def constant(self, value: Any, path: Path, unit: str = "unit", *, alone: bool = False) -> float | None:
+        """A number at the nominal values of the parameters, or `alone`, which may follow none of them."""
         number = self.number(value, unit, path)
         if not isinstance(number, Expression):
             return number
         try:
-            return number.evaluate(known or {})
+            if alone or self.lost.isdisjoint(number.names):
+                return number.evaluate({} if alone else self.constants)
         except ExpressionError as error:
-            more = "" if known else "; no parameters are known here"
+            more = "; no parameters are known here" if alone and number.names else ""
             self.refuse(path, number.text, error, more)
-            return None
+        return None

@@ -157,8 +157,8 @@ class StudyTradeoff(WithNotices, html.Reported, records.Saved, Exports, kind="st
             If an argument is wrong.
         """
         checks = Checks()
-        checks.real("width_error", width_error, "-", above=0.0)
-        checks.real("containment", containment, "-", least=0.0, most=1.0)
+        width_error = checks.real("width_error", width_error, "-", above=0.0)
+        containment = checks.real("containment", containment, "-", least=0.0, most=1.0)
         checks.finish()
         good = [
             point

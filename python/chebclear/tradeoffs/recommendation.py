@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..base import files as records
-from ..base.arguments import Checks, did_you_mean
+from ..base.arguments import Checks
 from ..base.prefixes import format_exact, format_quantity
 from ..base.rows import Array
-from ..base.shown import spoken
+from ..base.shown import did_you_mean, spoken
 from ..base.tables import format_number
 from ..base.units import unit
 from ..run.trajectory import Stats
@@ -140,7 +140,7 @@ def recommendation(
     limits = _checked_limits(checks, result, accuracy)
     checks.word("cost", cost, COSTS)
     if until is not None:
-        checks.real("until", until, "s", above=float(result.t[0]), most=result.end * (1.0 + 1e-12))
+        until = checks.real("until", until, "s", above=float(result.t[0]), most=result.end * (1.0 + 1e-12))
     checks.finish()
     bound = np.array([limits[name] for name in result.outputs])
 

@@ -6,7 +6,8 @@ import pickle
 import chebclear as cc
 import numpy as np
 import pytest
-from chebclear.base.arguments import Checks, did_you_mean
+from chebclear.base.arguments import Checks
+from chebclear.base.shown import did_you_mean
 from refusals import refuses
 
 PROBLEMS = [("bodies[0].mass", "must be > 0 [kg], got -1"), ("joints[2]", "is missing")]

@@ -230,9 +230,10 @@ def test_a_saved_result_is_reported(tmp_path, capsys):
 @pytest.mark.parametrize("ending", ["html", "gif"])
 def test_a_run_is_animated(ending, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    words = ["animate", CRANK, *BRIEF, "--frames", "3", "--output", "crank_pin.reaction_x"]
+    (tmp_path / "slider_crank.toml").write_bytes(Path(CRANK).read_bytes())
+    words = ["animate", "slider_crank.toml", *BRIEF, "--frames", "3", "--output", "crank_pin.reaction_x"]
     values, _ = answer(capsys, *words, *(["--to", "press.gif"] if ending == "gif" else []))
-    assert [path.name for path in tmp_path.iterdir()] == [values["file"]]
+    assert {path.name for path in tmp_path.iterdir()} == {"slider_crank.toml", values["file"]}
     assert values["file"] == ("press.gif" if ending == "gif" else "slider_crank.html")
     assert '"wrist"' in refused(capsys, *words, "--joint", "wirst")
     assert ".gif" in refused(capsys, *words, "--to", "press.png")
@@ -291,6 +292,25 @@ def test_a_study_that_was_ended_says_how_to_resume(tmp_path):
     program = [sys.executable, "-m", *shlex.split(told.partition("resume with: ")[2])]
     subprocess.run(program, cwd=tmp_path, check=True, capture_output=True, timeout=600)
     assert kept < set((tmp_path / "kept runs").glob("piece-*.npz"))
+
+
+def test_pictures_stand_beside_the_scene_file(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "sub").mkdir()
+    assert cli.main(["new", "four_bar", "sub/press.toml", "--quiet"]) == 0
+    own = tmp_path / "press.png"
+    own.write_bytes(b"a photograph")
+    assert cli.main(["check", "sub/press.toml", "--quiet"]) == 0
+    assert own.read_bytes() == b"a photograph"
+    assert (tmp_path / "sub" / "press.png").read_bytes().startswith(b"\x89PNG")
+    assert "sub/press.png" in capsys.readouterr().out
+
+
+def test_times_of_options_may_have_units(capsys):
+    words = ["study", CRANK, *BRIEF, "--outputs", "slider.x", "--runs", "20", "--quiet", "--json"]
+    assert cli.main([*words, "--run-seconds", "2 min"]) == 0
+    capsys.readouterr()
+    assert "may be given in s, ms" in refused(capsys, *words, "--run-seconds", "2 mm")
 
 
 def test_a_plan_is_printed_without_the_study(capsys):

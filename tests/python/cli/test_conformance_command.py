@@ -61,6 +61,27 @@ def test_the_exit_code_says_whether_the_least_share_is_reached(file, capsys):
     assert printed["format"] == 1 and printed["not_met"] == [] and len(printed["shares"]) == 3
 
 
+def test_a_study_of_distributions_needs_no_requirements(file, capsys):
+    """Nor do sweeps and scans; only shares ask what is required."""
+    text = file.read_text(encoding="utf-8")
+    file.write_text(re.sub(r"\[requirements\].*?\n\n", "", text, flags=re.DOTALL), encoding="utf-8")
+    for command in (["study", file, "--runs", 20], ["scan", file, "--points", 2]):
+        assert cli.main([*map(str, command), "--quiet", "--json"]) == 0
+        answer = json.loads(capsys.readouterr().out)
+        assert "block.x" in str(answer) and not answer.get("conformance")
+
+
+def test_a_plan_counts_all_runs(file, capsys):
+    def planned(*words):
+        assert cli.main([*map(str, words), "--plan", "--json"]) == 0
+        return json.loads(capsys.readouterr().out)["plan"]["runs"]
+
+    # A band of 40 runs and its nominal one; of what is drawn at least 100, at the nominal mass and both ends.
+    assert planned("study", file, "--runs", 40) == 41 + 3 * 100
+    # Each pair is two runs.
+    assert planned("contrast", file, file, "--runs", 40) == 81
+
+
 def test_a_plan_makes_no_more_runs_than_it_needs(file, capsys):
     assert run(file, "--runs", 40, "--plan", "--json") == 0
     # The nominal mass and both ends, and the nominal run.

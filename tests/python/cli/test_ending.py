@@ -50,7 +50,7 @@ class Watch:
 sys.meta_path.insert(0, Watch())
 from chebclear.cli import run_process
 
-sys.argv = ["chebclear", "check", {scene!r}]
+sys.argv = ["chebclear", "check", {scene!r}, "--no-picture"]
 sys.exit(run_process())
 """
 LATE = """

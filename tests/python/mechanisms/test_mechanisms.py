@@ -239,7 +239,7 @@ class TestArguments:
     @pytest.mark.parametrize("name", [*PINS, "free_journal"])
     def test_all_wrong_arguments_are_listed(self, name):
         build = getattr(mechanisms, name)
-        masses = [argument for argument in build.__kwdefaults__ if argument.endswith("mass")]
+        masses = [argument for argument in inspect.unwrap(build).__kwdefaults__ if argument.endswith("mass")]
         with pytest.raises(cc.errors.SceneError) as caught:
             build(**dict.fromkeys(masses, "1"), young_modulus=-1.0, restitution="high")
         assert {problem.path for problem in caught.value.problems} == {
@@ -252,7 +252,7 @@ class TestArguments:
     @pytest.mark.parametrize("value", [-1.0, math.nan, 10**400])
     def test_masses_are_judged_by_the_core_and_each_is_one_problem(self, name, value):
         build = getattr(mechanisms, name)
-        masses = [argument for argument in build.__kwdefaults__ if argument.endswith("mass")]
+        masses = [argument for argument in inspect.unwrap(build).__kwdefaults__ if argument.endswith("mass")]
         scene = build(**dict.fromkeys(masses, value), restitution=2.0)
         with pytest.raises(cc.errors.SceneError) as caught:
             scene.check()

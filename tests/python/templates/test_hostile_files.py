@@ -7,7 +7,7 @@ import threading
 
 import chebclear as cc
 import pytest
-from chebclear.base.arguments import did_you_mean
+from chebclear.base.shown import did_you_mean
 from chebclear.templates import template as module
 from chebclear.templates.expressions import parse
 from refusals import refuses

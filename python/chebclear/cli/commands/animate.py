@@ -20,8 +20,9 @@ def animate(options: argparse.Namespace) -> None:
     # It needs the positions of all bodies and all of the joint: the columns of a run that does not choose.
     columns = template.scene().check().columns
     settings["outputs"] = list(dict.fromkeys([*columns, *([options.output] if options.output else [])]))
-    require_writable(options.out if options.to is None else None)
-    path = options.to or (options.out or Path()) / f"{options.scene.stem}.html"
+    out = options.scene.parent if options.out is None else options.out
+    require_writable(out if options.to is None else None)
+    path = options.to or out / f"{options.scene.stem}.html"
     run = template.simulate(**settings, features=None, progress=progress_of(options))
     moving = animated(run, options.output, joint=options.joint, frames=options.frames)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -53,7 +54,7 @@ COMMANDS = {
                 "where to: a name that ends in .html, .gif or .mp4 (default: that of the scene file with "
                 ".html)",
             ),
-            Option("--out", DIRECTORY, "directory for it without --to (default: the current one)"),
+            Option("--out", DIRECTORY, "directory for it without --to (default: that of the scene file)"),
             Option("--output", NAME, "the output that is plotted (default: the force)"),
             Option("--joint", NAME, "the loose joint to magnify (default: the first)"),
             Option("--frames", COUNT, "pictures", 120),

@@ -25,10 +25,11 @@ def check(options: argparse.Namespace) -> None:
     """Run the command."""
     template = template_of(options)
     scene = template.scene()
-    picture = None if options.no_picture else options.out / f"{file_name(options.scene.stem)}.png"
+    out = options.scene.parent if options.out is None else options.out
+    picture = None if options.no_picture else out / f"{file_name(options.scene.stem)}.png"
     if picture is not None:
-        require_writable(options.out)
-        with complete_folder(options.out) as folder:
+        require_writable(out)
+        with complete_folder(out) as folder:
             draw(folder, options.scene.stem, (WIDTH, WIDTH), partial(plot_scene, scene))
     if options.json:
         print_json(_facts(template, scene, picture))
@@ -142,7 +143,7 @@ COMMANDS = {
         "chebclear check press.toml",
         [
             *SCENE,
-            Option("--out", DIRECTORY, "directory for the picture, FILE.png", Path(".")),
+            Option("--out", DIRECTORY, "directory for the picture, FILE.png (default: that of FILE)"),
             Option("--list-outputs", None, "list the names of all outputs, with their units"),
             Option("--no-picture", None, "write no file"),
         ],

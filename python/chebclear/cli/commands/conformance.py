@@ -5,11 +5,14 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from ...decisions.allocation import allocate as cheapest_tolerances
 from ...decisions.contrast import Difference, contrast as compare_designs
+from ...decisions.least_cost.search import expected_runs
 from ...study.requirements.conformance import Share
 from ...templates.reader import load
+from ...templates.template import Template
 from ..bands import EXIT_NOT_MET, hand_over, share_rows
 from ..options import COUNT, MEANS, NUMBER, SCENE, SETTINGS, Command, Kind, Option, out
 from ..output import require_writable
@@ -29,7 +32,7 @@ def conformance(options: argparse.Namespace) -> int:
     sides = sum(one.interval is not None and one.distribution is None for one in template.parameters.values())
     # The nominal values of what is only an interval, all corners and points inside.
     places = 1 + 2**sides + options.inner if sides else 1
-    plan_of(template.study(**means), "sample", {"runs": max(2, options.runs * places)}, options)
+    _planned(template, means, options.runs * places, options)
     if options.plan:
         return 0
     found = template.conformance(
@@ -60,7 +63,8 @@ def contrast(options: argparse.Namespace) -> None:
         # A store is that of one study.
         studies.append(template.study(**means | {"store": options.store and options.store / place}))
     if options.plan:
-        plan_of(studies[0], "sample", {"runs": max(2, options.runs)}, options)
+        # Each pair is a run of both designs.
+        _planned(templates[0], study_settings(templates[0], options), 2 * options.runs, options)
         return
     found = compare_designs(
         studies[0],
@@ -106,9 +110,10 @@ def allocate(options: argparse.Namespace) -> int | None:
         if not getattr(template, name):
             options.usage_error(f"give the file a table [{name}]: chebclear fields {name} tells how")
     require_writable(options.out)
-    study = template.study(**study_settings(template, options))
+    means = study_settings(template, options)
+    study = template.study(**means)
     if options.plan:
-        plan_of(study, "sample", {"runs": max(2, options.runs)}, options)
+        _planned(template, means, expected_runs(study.runner, options.runs), options)
         return None
     found = cheapest_tolerances(
         study,
@@ -140,6 +145,13 @@ def allocate(options: argparse.Namespace) -> int | None:
     facts |= {"tolerances": rows, "shares": share_rows(found.verified)}
     hand_over(options, found, "allocation", {"allocation": rows}, {"allocation": found.plot}, facts)
     return None if found.status in ("met", "always") else EXIT_NOT_MET
+
+
+def _planned(template: Template, means: Mapping[str, Any], runs: int, options: argparse.Namespace) -> None:
+    """Say what so many runs cost, if that is much or asked for."""
+    # Without requirements, whose shares would be counted twice.
+    study = template.study(**means, requirements=None)
+    plan_of(study, "sample", {"runs": max(2, runs)}, options)
 
 
 def _plots(found: Mapping[str, Share | Difference]) -> dict[str, Callable[..., object]]:

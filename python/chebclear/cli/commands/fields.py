@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 
-from ...base.arguments import did_you_mean
+from ...base.shown import did_you_mean
 from ...templates.reference.fields import field_tables, first_word, matching, overview, plain
 from ..options import Command, Kind, Option
 from ..output import print_json

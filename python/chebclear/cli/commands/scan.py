@@ -8,8 +8,8 @@ from functools import partial
 
 import numpy as np
 
-from ...base.arguments import meant_or_known
 from ...base.quantities import Interval
+from ...base.shown import meant_or_known
 from ...study.study import Study
 from ...templates.reader import load
 from ...templates.template import Template

@@ -16,6 +16,7 @@ from ..options import (
     NUMBER,
     OUTPUTS,
     SCENE,
+    SECONDS,
     SETTINGS,
     WORDS,
     Command,
@@ -133,7 +134,7 @@ COMMANDS = {
                 "runs of kinds band (default: as many as the coverage takes, within --seconds) and sample "
                 "(81)",
             ),
-            Option("--seconds", NUMBER, "time for the runs of kind band without --runs (default: 10 s)"),
+            Option("--seconds", SECONDS, "time for the runs of kind band without --runs (default: 10 s)"),
             Option(
                 "--confidence",
                 NUMBER,

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...base.arguments import Checks, as_number, meant_or_known
+from ...base.arguments import Checks, as_number
 from ...base.rows import Array
+from ...base.shown import meant_or_known
 from ...base.units import convert, is_quantity
 from ...scene.distributions import Lognormal
 from ...scene.scene import Interval

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...base.arguments import Checks, as_number, meant_or_known
+from ...base.arguments import Checks, as_number
+from ...base.shown import meant_or_known
 from ...base.writing import replaced
 from ...errors import ArgumentError, MissingProgramError
 from ...report.film import Film, player

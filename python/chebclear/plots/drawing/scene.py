@@ -97,7 +97,7 @@ def plot_scene(
     'x [m]'
     """
     checks = Checks()
-    checks.real("exaggerate", exaggerate, "-", above=0.0)
+    exaggerate = checks.real("exaggerate", exaggerate, "-", above=0.0)
     if not isinstance(labels, bool):
         checks.add("labels", f"must be True or False, got {labels!r}", wrong_type=True)
     if not isinstance(scene, Scene) and not is_a(scene, "Trajectory"):

@@ -11,8 +11,9 @@ from numpy.random import Generator, default_rng
 
 from ... import _core
 from ...base import files as records
-from ...base.arguments import Checks, did_you_mean
+from ...base.arguments import Checks
 from ...base.rows import Array
+from ...base.shown import did_you_mean
 from ...base.units import unit
 from ...errors import ArgumentError
 from ...scene.distributions import Distribution, Lognormal, Normal, inside

@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...base import files as records
-from ...base.arguments import meant_or_known
 from ...base.named import Named
 from ...base.rows import Array
-from ...base.shown import listed
+from ...base.shown import listed, meant_or_known
 from ...base.tables import format_ends
 from ...errors import ArgumentError, UnknownNameError, warn
 from ...report import html

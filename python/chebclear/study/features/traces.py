@@ -27,7 +27,8 @@ class OfSamples:
             if item.name == "of" and not isinstance(value, str):
                 checks.add("of", f"must be the name of an output, got {value!r}", wrong_type=True)
             elif item.name != "of" and value is not None:
-                checks.real(item.name, value, item.metadata.get("unit", "-"))
+                number = checks.real(item.name, value, item.metadata.get("unit", "-"))
+                object.__setattr__(self, item.name, number)
         checks.finish()
 
     def __call__(self, run: Mapping[str, Any]) -> float:

@@ -16,8 +16,9 @@ from numpy.typing import ArrayLike
 
 from ... import _core
 from ...base import files as records
-from ...base.arguments import Checks, did_you_mean, meant_or_known
+from ...base.arguments import Checks
 from ...base.rows import Array
+from ...base.shown import did_you_mean, meant_or_known
 from ...errors import ArgumentError, ArgumentTypeError
 from ...execution.options import MOST_THREADS
 from ...scene.scene import Interval

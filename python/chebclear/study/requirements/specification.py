@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from ...base.arguments import Checks, as_number
-from ...base.units import UnitError, convert, is_quantity, unit
+from ...base.units import UnitError, convert, is_quantity, size_of, unit
 
 ALL = "all"
 """Name of the share that keeps to all specifications."""
@@ -155,7 +155,7 @@ def _limit(checks: Checks, place: str, given: float | str | None, of: str, defau
     if number is not None:
         return number
     try:
-        return convert(str(given), of or "unit")
+        return convert(str(given), of or "unit") / size_of(of)  # as a model of one's own may be in mm
     except UnitError as error:
         checks.add(place, str(error))
         return default

@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...base.arguments import Checks, as_number, meant_or_known
+from ...base.arguments import Checks, as_number
 from ...base.rows import Array
+from ...base.shown import meant_or_known
+from ...base.units import misfit, size_of
 from ...errors import ArgumentError, ArgumentTypeError
 from ...notices import Notice
 from ...run.features import Feature, settling_time
@@ -19,7 +21,7 @@ from ...run.settings import Settings
 from ...run.signals import WithSignals
 from ...run.simulation import run_scene
 from ...run.trajectory import Stats, Trajectory
-from ...scene.scene import Scene
+from ...scene.scene import Interval, Scene
 
 
 class SweptRun(WithSignals):
@@ -152,6 +154,17 @@ def known_units(build: object, names: Iterable[str]) -> dict[str, str]:
     unit_of = getattr(build, "unit_of", None)
     units = {name: unit_of(name) for name in names} if callable(unit_of) else {}
     return {name: unit for name, unit in units.items() if unit}
+
+
+def check_dimensions(checks: Checks, intervals: Mapping[str, Interval], units: Mapping[str, str]) -> None:
+    """Check that intervals were written in units of their parameters, as far as these are known."""
+    for name, side in intervals.items():
+        own = units.get(name, "")
+        if wrong := misfit(side.unit, own):
+            checks.add(f'parameters["{name}"]', wrong)
+        elif side.unit and size_of(own) != 1.0:
+            what = f"is in {side.unit}, so in SI units now, but the study has it in {own}: leave out the unit"
+            checks.add(f'parameters["{name}"]', what)
 
 
 def require_known(

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ...base.arguments import Checks, meant_or_known
+from ...base.arguments import Checks
 from ...base.rows import Array
+from ...base.shown import meant_or_known
 from ...errors import ArgumentError, describe
 from ...notices import Notice
 from ...run.features import Feature

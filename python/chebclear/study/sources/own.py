@@ -9,8 +9,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...base.arguments import Checks, did_you_mean
+from ...base.arguments import Checks
 from ...base.rows import Array
+from ...base.shown import did_you_mean
 from ...errors import ArgumentError
 from ...run.features import JOINT_KINDS, Feature
 from ...run.settings import RunOptions
