@@ -140,7 +140,7 @@ def test_curves_of_two_units_do_not_share_an_axis():
     run = cc.simulate(cc.mechanisms.slider_crank(), duration=1e-3, samples=11)
     ax = cc.plots.plot_trajectory(run, "slider.x", unit="mm")
     for unit in (None, "um"):
-        with pytest.raises(ValueError, match='ax has curves in mm, got one in .*: give unit="mm"'):
+        with pytest.raises(ValueError, match=r'ax has curves in mm, got one in .*: give unit="mm"'):
             cc.plots.plot_trajectory(run, "rod.x", unit=unit, ax=ax)
     cc.plots.plot_trajectory(run, "rod.x", unit="mm", ax=ax)
     assert len(ax.lines) == 2
