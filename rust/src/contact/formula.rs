@@ -1,5 +1,7 @@
 //! Laws that the user writes as formulas: a normal force, or a friction coefficient.
 
+use std::array::from_fn;
+
 use crate::contact::friction::FrictionLaw;
 use crate::contact::normal::Damping;
 use crate::contact::pair::ContactLaw;
@@ -57,9 +59,12 @@ impl Formula {
         states.iter().rev().fold(0, |forms, state| forms << 1 | *state as u16)
     }
 
-    /// Its value in that form.
+    /// Its value in that form; NaN where a function in it is asked for outside its domain.
     pub fn at(&self, variables: &[f64]) -> f64 {
-        self.value(variables, self.forms(variables))
+        let forms = self.forms(variables);
+        let states: [i64; MOST_SWITCHES] = from_fn(|switch| i64::from(forms >> switch & 1));
+        let has_value = self.tape.has_value(variables, &states[..self.tape.switches.len()]);
+        if has_value { self.value(variables, forms) } else { f64::NAN }
     }
 
     /// A normal force without damping [N], and its derivative [N/m]: at no rate, after an impact of 1 m/s.

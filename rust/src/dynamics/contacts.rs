@@ -3,7 +3,6 @@
 use super::Dynamics;
 use super::reactions::{PairForce, Wrench};
 use crate::contact::face::Face;
-use crate::contact::normal::Latch;
 use crate::contact::pair::{ContactState, Phase, RelativeMotion, Surfaces};
 use crate::contact::sticking::Traction;
 use crate::numerics::turns::with_turns;
@@ -457,32 +456,33 @@ impl Dynamics<'_> {
         let phases = self.phases.clone();
         let mut a = vec![0.0; q.len()];
         let found = (0..phases.len()).find(|&index| {
-            // Accelerations are linear in the normal force, so two values of it suffice: zero and the elastic
-            // force.
+            let tree = self.tree;
+            let slot = &tree.slots[index];
+            if slot.law.friction.is_none() {
+                return false;
+            }
+            // Accelerations are linear in the normal force: two values suffice, zero and that of the law, which may pull.
             let mut response = |clipped| {
                 self.phases[index] = match phases[index] {
-                    Phase::Contact { traction, .. } => {
-                        Phase::Contact { latch: Latch::default(), clipped, traction }
-                    }
-                    Phase::Free | Phase::Beyond => return f64::NAN,
+                    Phase::Contact { latch, traction, .. } => Phase::Contact { latch, clipped, traction },
+                    Phase::Free | Phase::Beyond => return [f64::NAN; 2],
                 };
                 if !self.acceleration(t, q, v, &mut a) {
-                    return f64::NAN;
+                    return [f64::NAN; 2];
                 }
                 self.accelerate(&a);
-                let slot = &self.tree.slots[index];
+                let force = self.contact_state(index).normal_force;
                 let SlotMotion { eccentricity, acceleration, .. } = self.slot_motion(slot);
-                match &slot.law.surfaces {
-                    Surfaces::Bearing { .. } => acceleration.dot(&eccentricity.normalize()),
-                    Surfaces::Worn(worn) => acceleration.dot(&Vec2::from(worn.normal(eccentricity.into()))),
-                    Surfaces::Face(face) => {
-                        acceleration.dot(&Vec2::from(face.normal_at(eccentricity.into())))
-                    }
-                }
+                let normal = match &slot.law.surfaces {
+                    Surfaces::Bearing { .. } => eccentricity.normalize(),
+                    Surfaces::Worn(worn) => Vec2::from(worn.normal(eccentricity.into())),
+                    Surfaces::Face(face) => Vec2::from(face.normal_at(eccentricity.into())),
+                };
+                [acceleration.dot(&normal), force]
             };
-            let (without, with) = (response(true), response(false));
+            let ([without, _], [with, force]) = (response(true), response(false));
             self.phases[index] = phases[index];
-            with > without
+            (with - without) * force > 0.0
         });
         self.phases = phases;
         found

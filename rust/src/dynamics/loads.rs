@@ -20,6 +20,8 @@ pub struct SwitchDistance {
     pub error: f64,
     /// The same for rounding errors.
     pub rounding: f64,
+    /// Whether what it looks at rests at zero.
+    pub rests: bool,
 }
 
 /// Sizes of errors of the motion.
@@ -78,15 +80,23 @@ impl Dynamics<'_> {
     }
 
     fn settle(&mut self, load: &MotionLoad) {
+        self.settle_before(load, load.tape.switches.len());
+    }
+
+    /// The same for the switches of a function before one of them; how many changed.
+    pub fn settle_before(&mut self, load: &MotionLoad, end: usize) -> usize {
         if !self.acts(load) {
-            return;
+            return 0;
         }
-        let variables = self.variables(load);
-        for (own, index) in load.switches().enumerate() {
+        let (variables, mut changes) = (self.variables(load), 0);
+        for (own, index) in load.switches().enumerate().take(end) {
             let states = &self.switches[load.switches()];
-            self.switches[index] = load.tape.state(own, &variables[..load.variables.len()], states);
+            let state = load.tape.state(own, &variables[..load.variables.len()], states);
+            changes += usize::from(state != self.switches[index]);
+            self.switches[index] = state;
         }
         self.hand_on(load);
+        changes
     }
 
     /// Whether a function acts in the present phases: the law of a contact does while that presses.
@@ -101,7 +111,7 @@ impl Dynamics<'_> {
         if let Phase::Contact { latch, .. } = &mut self.phases[slot] {
             let states = self.switches[load.switches()].iter().rev();
             latch.forms[usize::from(is_friction)] =
-                states.fold(0, |forms, state| forms << 1 | (*state != 0) as u16);
+                states.fold(0, |forms, state| forms << 1 | (*state & 1) as u16);
         }
     }
 
@@ -115,6 +125,21 @@ impl Dynamics<'_> {
         })
     }
 
+    /// Whether a function of the motion is inside the domain that one of its switches watches.
+    pub fn has_value_at(&self, load: &MotionLoad, own: usize) -> bool {
+        let (variables, states) = (self.variables(load), &self.switches[load.switches()]);
+        load.tape.distance(own, &variables[..load.variables.len()], states).value >= 0.0
+    }
+
+    /// The first function of the motion that asks for a function outside its domain; after
+    /// [`Dynamics::settle_switches`].
+    pub fn load_without_value(&self) -> Option<&MotionLoad> {
+        self.tree.motion_loads.iter().find(|load| {
+            let (variables, states) = (self.variables(load), &self.switches[load.switches()]);
+            self.acts(load) && !load.tape.has_value(&variables[..load.variables.len()], states)
+        })
+    }
+
     /// What is wrong with a function of the motion in the present motion, after [`Dynamics::settle_switches`].
     pub fn fault_of_loads(&self) -> Option<String> {
         if let Some((load, number, [first, last])) = self.uncovered_table() {
@@ -122,6 +147,13 @@ impl Dynamics<'_> {
                 "the table of {:?} over {:?} goes from {first} to {last} and is asked for at {number:.9}; \
                  beyond=\"hold\" keeps the values at its ends",
                 load.name, load.text
+            ));
+        }
+        if let Some(load) = self.load_without_value() {
+            let described = self.described(load);
+            return Some(format!(
+                "{:?} has no value, a function in it is outside its domain: {described}",
+                load.name
             ));
         }
         let is_lost = |load: &&MotionLoad| self.acts(load) && !self.motion_load(load).is_finite();
@@ -145,13 +177,20 @@ impl Dynamics<'_> {
     /// How far the state of a switch lasts, after [`Dynamics::move_to`]; `states` are those of the present phase.
     pub fn switch_distance(&self, index: usize, states: &[i64], errors: &Uncertainty) -> SwitchDistance {
         let Some((load, own)) = self.tree.load_of_switch(index) else {
-            return SwitchDistance { value: f64::INFINITY, rate: 0.0, error: 0.0, rounding: 0.0 };
+            return SwitchDistance {
+                value: f64::INFINITY,
+                rate: 0.0,
+                error: 0.0,
+                rounding: 0.0,
+                rests: false,
+            };
         };
         let (values, states) = (self.variables(load), &states[load.switches()]);
         let values = &values[..load.variables.len()];
         let value = load.tape.distance(own, values, states).value;
         let gradient = load.tape.distance_gradient(own, values, states);
-        let mut distance = SwitchDistance { value, rate: 0.0, error: 0.0, rounding: 0.0 };
+        let rests = load.tape.rests(own, states);
+        let mut distance = SwitchDistance { value, rate: 0.0, error: 0.0, rounding: 0.0, rests };
         for (((_, variable), slope), value) in load.variables.iter().zip(gradient).zip(values) {
             if slope == 0.0 {
                 continue;
@@ -174,6 +213,32 @@ impl Dynamics<'_> {
             .filter(|(_, slope)| *slope != 0.0)
             .map(|((_, variable), slope)| slope * self.rate(*variable))
             .sum()
+    }
+
+    /// Gives a switch the state that it had before its number came to rest, unless it rested there already.
+    pub fn rest_at(&mut self, index: usize, before: i64) {
+        let Some((load, own)) = self.tree.load_of_switch(index) else { return };
+        if let Some(state) = load.tape.resting(own, before) {
+            self.switches[index] = state;
+            self.hand_on(load);
+        }
+    }
+
+    /// The function of the motion to which a switch belongs, in its present form: here, and on the switch.
+    pub fn load_near_switch(&self, index: usize) -> [f64; 2] {
+        let Some((load, own)) = self.tree.load_of_switch(index) else { return [0.0; 2] };
+        let (all, states) = (self.variables(load), &self.switches[load.switches()]);
+        let values = &all[..load.variables.len()];
+        // Each variable is changed in proportion to what it contributes.
+        let gradient = load.tape.distance_gradient(own, values, states);
+        let contributes = |(value, slope): (&f64, &f64)| (value * slope) * (value * slope);
+        let square: f64 = values.iter().zip(&gradient).map(contributes).sum();
+        let part = load.tape.distance(own, values, states).value / square;
+        let mut on_switch = all;
+        for (value, slope) in on_switch.iter_mut().zip(gradient) {
+            *value -= part * slope * *value * *value;
+        }
+        [values, &on_switch[..values.len()]].map(|values| load.tape.value(values, states))
     }
 
     /// Changes the state of a switch to the one that follows; false if it belongs to a table that ends there.

@@ -2,8 +2,10 @@
 //! points; out: tapes that are evaluated on numbers and on dual numbers, with the instants at which they switch. Uses
 //! `numerics` and `error`.
 
+mod compiler;
 pub mod curve;
 pub mod dimension;
+mod domain;
 mod functions;
 pub mod grammar;
 pub mod tape;

@@ -1,13 +1,17 @@
 //! Expressions as straight lists of operations on a small stack, evaluated on numbers and on dual numbers.
 //!
 //! Where an expression changes its form, at the equality of two numbers or at a point of a table, stands a *switch*. Its
-//! state is given from outside, as the phase of a contact is: between two events the expression is smooth.
+//! state is given from outside, as the phase of a contact is: between two events the expression is smooth. So it is
+//! evaluated a little beyond a switch, where the number under a root may be negative: functions are continued beyond their
+//! domains. Where the motion itself leaves a domain stands a switch too, unless the number cannot leave it.
 
+use super::compiler::Compiler;
 use super::curve::Curve;
-use super::functions::power_by;
-use super::grammar::{Binary, Function, Switching, Syntax};
+use super::functions::{power_by, root, three_halves};
+use super::grammar::{Binary, Function, Syntax};
+use crate::numerics::accuracy::ROUNDING;
 use crate::numerics::dual::{Dual, Scalar};
-use crate::numerics::jet::{Jet, derivatives};
+use crate::numerics::jet::Jet;
 
 /// Numbers that wait during an evaluation. The nesting of an expression is limited, and its parts of one rank are
 /// evaluated from the left, so that few wait. A power of two, so that an index needs no check.
@@ -19,7 +23,7 @@ pub const MOST_VARIABLES: usize = 16;
 
 /// A number that an operation takes: the one that waited last, or a leaf of the expression.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Operand {
+pub(super) enum Operand {
     Waiting,
     Constant(f64),
     Variable(usize),
@@ -27,7 +31,7 @@ enum Operand {
 
 /// An operation on the number on top. What is done with which number is one choice, since choices are what evaluation costs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Operation {
+pub(super) enum Operation {
     /// Lets the number on top wait, and puts a leaf in its place.
     Constant(f64),
     Variable(usize),
@@ -66,7 +70,7 @@ enum Operation {
 
 impl Operation {
     /// What is done with an operand, if there is an operation for it.
-    fn with(binary: Binary, operand: Operand) -> Option<Operation> {
+    pub(super) fn with(binary: Binary, operand: Operand) -> Option<Operation> {
         Some(match (binary, operand) {
             (Binary::Add, Operand::Constant(value)) => Operation::AddConstant(value),
             (Binary::Subtract, Operand::Constant(value)) => Operation::AddConstant(-value),
@@ -86,7 +90,7 @@ impl Operation {
     }
 
     /// What is done with the number that waited and that on top.
-    fn of_both(binary: Binary) -> Operation {
+    pub(super) fn of_both(binary: Binary) -> Operation {
         match binary {
             Binary::Add => Operation::Sum,
             Binary::Subtract => Operation::Difference,
@@ -100,13 +104,44 @@ impl Operation {
 /// Where an expression changes its form.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Switch {
-    operations: Vec<Operation>,
-    /// The table whose pieces it tells apart; without one, whether the number is below zero.
-    curve: Option<Curve>,
+    pub(super) operations: Vec<Operation>,
+    pub(super) at: SwitchAt,
+    /// The choices that lead to the end of a domain, as switches and whether they are below: it acts where all of them hold.
+    pub(super) choices: Vec<(usize, bool)>,
+}
+
+/// Where a switch changes its state.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum SwitchAt {
+    /// Where the number is zero.
+    Zero,
+    /// At the points of a table.
+    Points(Curve),
+    /// Nowhere: where the number is below zero the expression leaves the domain of a function.
+    EndOfDomain,
+}
+
+impl Switch {
+    fn curve(&self) -> Option<&Curve> {
+        match &self.at {
+            SwitchAt::Points(curve) => Some(curve),
+            _ => None,
+        }
+    }
+
+    fn acts(&self, states: &[i64]) -> bool {
+        self.choices.iter().all(|&(switch, below)| is_below(states[switch]) == below)
+    }
 }
 
 /// State of a switch that is below; otherwise it is 0. Of a table it is the piece.
 const BELOW: i64 = 1;
+/// Added to the state where the number rests at zero: then a form holds until the number is clearly beyond.
+const RESTS: i64 = 2;
+
+fn is_below(state: i64) -> bool {
+    state & BELOW != 0
+}
 
 /// How far the state of a switch lasts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,16 +152,19 @@ pub struct Distance {
     sign: f64,
 }
 
+/// Least and largest values of variables by their names.
+pub type Ranges<'a> = &'a dyn Fn(&str) -> [f64; 2];
+
 /// A compiled expression.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tape {
-    operations: Vec<Operation>,
+    pub(super) operations: Vec<Operation>,
     /// Where it changes its form.
     pub switches: Vec<Switch>,
 }
 
 impl Tape {
-    /// Compiles an expression.
+    /// Compiles an expression; `range` gives the least and the largest value of a variable where domains are watched.
     ///
     /// # Errors
     /// If too many numbers must wait.
@@ -134,8 +172,10 @@ impl Tape {
         syntax: &Syntax,
         constants: &[(String, f64)],
         variable: &mut dyn FnMut(&str) -> usize,
+        range: Option<Ranges<'_>>,
     ) -> Result<Tape, String> {
-        let mut compiler = Compiler { tape: Tape::default(), constants, variable };
+        let mut compiler =
+            Compiler { tape: Tape::default(), constants, variable, range, choices: Vec::new() };
         compiler.add(syntax);
         let Compiler { tape, .. } = compiler;
         let deepest = tape.switches.iter().map(|switch| depth(&switch.operations)).max();
@@ -149,7 +189,8 @@ impl Tape {
     #[must_use]
     pub fn of_curve(mut self, curve: Curve) -> Tape {
         let switch = self.switches.len();
-        self.switches.push(Switch { operations: self.operations.clone(), curve: Some(curve) });
+        let (operations, at) = (self.operations.clone(), SwitchAt::Points(curve));
+        self.switches.push(Switch { operations, at, choices: Vec::new() });
         self.operations.push(Operation::Curve(switch));
         self
     }
@@ -172,38 +213,67 @@ impl Tape {
 
     /// The state of a switch.
     pub fn state(&self, switch: usize, variables: &[f64], states: &[i64]) -> i64 {
-        let Switch { operations, curve } = &self.switches[switch];
-        let number = self.run(operations, variables, states);
-        match curve {
-            Some(curve) => curve.piece(number),
-            None => i64::from(number < 0.0) * BELOW,
+        let number = self.number(switch, variables, states);
+        match &self.switches[switch].at {
+            SwitchAt::Points(curve) => curve.piece(number),
+            SwitchAt::Zero => i64::from(number < 0.0) * BELOW,
+            SwitchAt::EndOfDomain => 0,
         }
+    }
+
+    /// The number that a switch looks at.
+    fn number(&self, switch: usize, variables: &[f64], states: &[i64]) -> f64 {
+        self.run(&self.switches[switch].operations, variables, states)
     }
 
     /// The state that follows where that of a switch ends.
     pub fn next_state(&self, switch: usize, variables: &[f64], states: &[i64]) -> i64 {
-        let Switch { operations, curve } = &self.switches[switch];
         let state = states[switch];
-        let Some(curve) = curve else { return BELOW - state };
+        let Some(curve) = self.switches[switch].curve() else { return i64::from(!is_below(state)) };
         let [lower, upper] = curve.bounds(state);
-        let x: f64 = self.run(operations, variables, states);
+        let x = self.number(switch, variables, states);
         if x - lower < upper - x { state - 1 } else { state + 1 }
+    }
+
+    /// A state of a switch as the one whose number rests at zero; `None` where it did already, or of a table.
+    pub fn resting(&self, switch: usize, state: i64) -> Option<i64> {
+        (self.is_of_formula(switch) && state & RESTS == 0).then_some(state | RESTS)
+    }
+
+    /// Whether the number of a switch rests at zero.
+    pub fn rests(&self, switch: usize, states: &[i64]) -> bool {
+        self.is_of_formula(switch) && states[switch] & RESTS != 0
     }
 
     /// Whether a switch is one of the formula, not the points of a table over it.
     pub fn is_of_formula(&self, switch: usize) -> bool {
-        self.switches[switch].curve.is_none()
+        self.switches[switch].curve().is_none()
+    }
+
+    /// Whether a switch is the end of the domain of a function.
+    pub fn is_end_of_domain(&self, switch: usize) -> bool {
+        self.switches[switch].at == SwitchAt::EndOfDomain
+    }
+
+    /// Whether it has a value at these variables: no function in it is asked for outside its domain, but for rounding
+    /// errors.
+    pub fn has_value(&self, variables: &[f64], states: &[i64]) -> bool {
+        (0..self.switches.len()).filter(|&switch| self.is_end_of_domain(switch)).all(|switch| {
+            let gradient = self.distance_gradient(switch, variables, states);
+            let size: f64 = variables.iter().zip(gradient).map(|(value, slope)| (value * slope).abs()).sum();
+            self.distance(switch, variables, states).value >= -ROUNDING * size
+        })
     }
 
     /// Whether a table has a value in the state of a switch.
     pub fn covers(&self, switch: usize, state: i64) -> bool {
-        self.switches[switch].curve.as_ref().is_none_or(|curve| curve.covers(state))
+        self.switches[switch].curve().is_none_or(|curve| curve.covers(state))
     }
 
     /// The first table without a value in its state: the number it is looked up at, and its ends.
     pub fn outside(&self, variables: &[f64], states: &[i64]) -> Option<(f64, [f64; 2])> {
         let switches = self.switches.iter().zip(states);
-        let tables = switches.filter_map(|(switch, &state)| Some((switch, switch.curve.as_ref()?, state)));
+        let tables = switches.filter_map(|(switch, &state)| Some((switch, switch.curve()?, state)));
         let (switch, curve, _) = tables.into_iter().find(|(_, curve, state)| !curve.covers(*state))?;
         let number = self.run(&switch.operations, variables, states);
         Some((number, curve.ends()))
@@ -211,10 +281,12 @@ impl Tape {
 
     /// How far the state of a switch lasts.
     pub fn distance(&self, switch: usize, variables: &[f64], states: &[i64]) -> Distance {
-        let Switch { operations, curve } = &self.switches[switch];
-        let number: f64 = self.run(operations, variables, states);
-        let Some(curve) = curve else {
-            let sign = if states[switch] == BELOW { -1.0 } else { 1.0 };
+        if !self.switches[switch].acts(states) {
+            return Distance { value: f64::INFINITY, sign: 0.0 };
+        }
+        let number = self.number(switch, variables, states);
+        let Some(curve) = self.switches[switch].curve() else {
+            let sign = if is_below(states[switch]) { -1.0 } else { 1.0 };
             return Distance { value: sign * number, sign };
         };
         let [lower, upper] = curve.bounds(states[switch]);
@@ -241,11 +313,7 @@ impl Tape {
 
     /// Largest absolute value of its tables.
     pub fn largest(&self) -> f64 {
-        self.switches
-            .iter()
-            .filter_map(|switch| switch.curve.as_ref())
-            .map(Curve::largest)
-            .fold(0.0, f64::max)
+        self.switches.iter().filter_map(Switch::curve).map(Curve::largest).fold(0.0, f64::max)
     }
 
     /// The number on top after the operations.
@@ -278,28 +346,28 @@ impl Tape {
                 Operation::Pair(binary) => top = binary.of(waiting.pop(), top),
                 Operation::Sign(switch) => {
                     waiting.push(top);
-                    top = S::constant(if states[switch] == BELOW { -1.0 } else { 1.0 });
+                    top = S::constant(if is_below(states[switch]) { -1.0 } else { 1.0 });
                 }
-                Operation::Root => top = top.sqrt(),
-                Operation::ThreeHalves => top = top.compose(derivatives::three_halves(top.value())),
+                Operation::Root => top = root(top),
+                Operation::ThreeHalves => top = three_halves(top),
                 Operation::Square => top = top * top,
                 Operation::Cube => top = top * top * top,
                 Operation::Negative => top = -top,
                 Operation::PowerBy(exponent) => top = power_by(top, exponent),
                 Operation::Function(function) => top = function.of(top),
                 Operation::Mirror(switch) => {
-                    if states[switch] == BELOW {
+                    if is_below(states[switch]) {
                         top = -top;
                     }
                 }
                 Operation::Curve(switch) => {
-                    if let Some(curve) = &self.switches[switch].curve {
+                    if let Some(curve) = self.switches[switch].curve() {
                         top = curve.value(top, states[switch]);
                     }
                 }
                 Operation::Choose(switch) => {
                     let below = waiting.pop();
-                    if states[switch] == BELOW {
+                    if is_below(states[switch]) {
                         top = below;
                     }
                 }
@@ -367,125 +435,4 @@ fn depth(operations: &[Operation]) -> usize {
         deepest = deepest.max(depth);
     }
     deepest
-}
-
-struct Compiler<'a> {
-    tape: Tape,
-    constants: &'a [(String, f64)],
-    variable: &'a mut dyn FnMut(&str) -> usize,
-}
-
-impl Compiler<'_> {
-    fn add(&mut self, syntax: &Syntax) {
-        match (self.operand(syntax), syntax) {
-            (Operand::Waiting, Syntax::Negative(inner)) => {
-                self.add(inner);
-                self.push(Operation::Negative);
-            }
-            (Operand::Waiting, Syntax::Call(function, inner)) => {
-                self.add(inner);
-                self.push(Operation::Function(*function));
-            }
-            (Operand::Waiting, Syntax::Binary(operation, pair)) => {
-                self.add(&pair[0]);
-                let operand = self.operand(&pair[1]);
-                if let Some(operation) = Operation::with(*operation, operand) {
-                    return self.push(operation);
-                }
-                self.add(&pair[1]);
-                self.push(Operation::of_both(*operation));
-            }
-            (Operand::Waiting, Syntax::Switch(switching, arguments)) => {
-                self.add_switch(*switching, arguments)
-            }
-            (Operand::Constant(value), _) => self.push(Operation::Constant(value)),
-            (Operand::Variable(index), _) => self.push(Operation::Variable(index)),
-            (Operand::Waiting, Syntax::Number(_) | Syntax::Name(..)) => {}
-        }
-    }
-
-    fn push(&mut self, operation: Operation) {
-        self.tape.operations.push(operation);
-    }
-
-    /// A part as an operand: a leaf, or what its operations leave.
-    fn operand(&mut self, syntax: &Syntax) -> Operand {
-        if let Some(value) = self.constant(syntax) {
-            return Operand::Constant(value);
-        }
-        match syntax {
-            Syntax::Name(name, _) => Operand::Variable((self.variable)(name)),
-            _ => Operand::Waiting,
-        }
-    }
-
-    /// The operations of a part, which are not left on the tape.
-    fn apart(&mut self, syntax: &Syntax) -> Vec<Operation> {
-        let start = self.tape.operations.len();
-        self.add(syntax);
-        self.tape.operations.split_off(start)
-    }
-
-    /// A switch that is below where a number is below zero.
-    fn switch(&mut self, operations: Vec<Operation>) -> usize {
-        self.tape.switches.push(Switch { operations, curve: None });
-        self.tape.switches.len() - 1
-    }
-
-    /// A switch that is below where the first number is below the second.
-    fn comparison(&mut self, first: &[Operation], second: &[Operation]) -> usize {
-        let difference = [Operation::Difference];
-        self.switch([first, second, &difference].concat())
-    }
-
-    fn add_switch(&mut self, switching: Switching, arguments: &[Syntax]) {
-        let mut parts: Vec<Vec<Operation>> = arguments.iter().map(|argument| self.apart(argument)).collect();
-        let first = parts.remove(0);
-        match switching {
-            Switching::Sign => {
-                let switch = self.switch(first);
-                self.push(Operation::Sign(switch));
-            }
-            Switching::Abs => {
-                let switch = self.switch(first.clone());
-                self.tape.operations.extend(first);
-                self.push(Operation::Mirror(switch));
-            }
-            Switching::If => {
-                let switch = self.comparison(&first, &parts[0]);
-                self.tape.operations.extend(parts.drain(1..).flatten());
-                self.push(Operation::Choose(switch));
-            }
-            Switching::Min | Switching::Max => {
-                let chosen = parts.into_iter().fold(first, |chosen, other| {
-                    let switch = match switching {
-                        Switching::Min => self.comparison(&chosen, &other),
-                        _ => self.comparison(&other, &chosen),
-                    };
-                    [chosen, other, vec![Operation::Choose(switch)]].concat()
-                });
-                self.tape.operations.extend(chosen);
-            }
-        }
-    }
-
-    /// The value of a part without variables. What switches is left to the switches.
-    fn constant(&self, syntax: &Syntax) -> Option<f64> {
-        Some(match syntax {
-            Syntax::Number(value) => *value,
-            Syntax::Name(name, _) => {
-                return self.constants.iter().find(|(known, _)| known == name).map(|&(_, value)| value);
-            }
-            Syntax::Negative(inner) => -self.constant(inner)?,
-            Syntax::Call(function, inner) => function.of(self.constant(inner)?),
-            Syntax::Binary(operation, pair) => {
-                let (left, right) = (self.constant(&pair[0])?, self.constant(&pair[1])?);
-                match operation {
-                    Binary::Power => left.powf(right),
-                    _ => operation.of(left, right),
-                }
-            }
-            Syntax::Switch(..) => return None,
-        })
-    }
 }

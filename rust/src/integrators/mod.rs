@@ -240,6 +240,8 @@ pub enum Status {
     Held,
     /// A table ends, beyond which it is not extrapolated.
     OutsideTable,
+    /// A function in a formula is asked for outside its domain, as the root of a negative number.
+    OutsideDomain,
     /// What slides in a guide with ends has left it.
     LeftGuide,
     /// Friction in an ideal joint and the reaction that it changes have two solutions or none.
@@ -262,6 +264,7 @@ impl Status {
             Status::Projection => "projection",
             Status::Held => "held",
             Status::OutsideTable => "outside_table",
+            Status::OutsideDomain => "outside_domain",
             Status::LeftGuide => "left_guide",
             Status::FrictionIndeterminate => "friction_indeterminate",
             Status::Cancelled => "cancelled",

@@ -25,6 +25,11 @@ pub trait Scalar:
     fn value(self) -> f64;
     /// A function f of the number, by its value and first three derivatives there.
     fn compose(self, derivatives: [f64; 4]) -> Self;
+    /// The same at the end of the domain of the function or beyond it, where it is continued with other derivatives. A
+    /// number whose three derivatives are asked for is not continued.
+    fn continued(self, _inside: [f64; 4], beyond: [f64; 4]) -> Self {
+        self.compose(beyond)
+    }
     /// Square root.
     #[inline]
     fn sqrt(self) -> Self {

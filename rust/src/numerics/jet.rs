@@ -104,6 +104,9 @@ impl Scalar for Jet {
     fn value(self) -> f64 {
         self.0[0]
     }
+    fn continued(self, inside: [f64; 4], _beyond: [f64; 4]) -> Self {
+        self.compose(inside)
+    }
     /// The rule of Faà di Bruno.
     fn compose(self, [value, first, second, third]: [f64; 4]) -> Self {
         let Jet([_, x1, x2, x3]) = self;

@@ -60,6 +60,9 @@ pub(crate) fn follow_drives(
         if let Some((load, ..)) = system.motion.dynamics.uncovered_table() {
             outcome.status = Status::OutsideTable;
             outcome.guard = Some(Phases::guard_of_switch(&system.motion, load.first_switch));
+        } else if let Some(load) = system.motion.dynamics.load_without_value() {
+            outcome.status = Status::OutsideDomain;
+            outcome.guard = Some(Phases::guard_of_switch(&system.motion, load.first_switch));
         }
         // The last sample may lie between two steps of the continuation.
         outcome.time = outcome.time.max(system.samples.last_taken());
@@ -188,5 +191,7 @@ fn follow(motion: &mut Motion, from: f64, t: f64, q: &mut [f64], v: &mut [f64]) 
     }
     let closed = motion.dynamics.project(t, q, v, &motion.mechanism.scales).is_some();
     motion.settle(t, q, v);
-    closed && motion.dynamics.uncovered_table().is_none() && settle_directions(motion, t, q, v)
+    let dynamics = &motion.dynamics;
+    let has_loads = dynamics.uncovered_table().is_none() && dynamics.load_without_value().is_none();
+    closed && has_loads && settle_directions(motion, t, q, v)
 }

@@ -98,6 +98,7 @@ impl Trajectory {
                 "a force holds what it depends on: it pushes it back from both sides of its switch"
             }
             Status::OutsideTable => "a table ends",
+            Status::OutsideDomain => "a function in a formula has no value from here on",
             Status::LeftGuide => "what slides in a guide has left it at its end",
             Status::FrictionIndeterminate => "friction has two solutions or none",
             Status::Cancelled => "the run was cancelled",
@@ -429,6 +430,9 @@ fn load_message(system: &mut System, outcome: &Outcome, load: Option<&MotionLoad
     let advice = match outcome.status {
         Status::Held => "; dry friction written with sign(v) sticks here: write tanh(v / v0) with a small v0",
         Status::OutsideTable => "; beyond=\"hold\" keeps the value at its end",
+        Status::OutsideDomain => {
+            "; abs, max or min around what stands under a root or a power keeps it positive"
+        }
         _ => "",
     };
     values.collect::<String>() + advice

@@ -224,7 +224,7 @@ impl Coupling {
                         return Err("over a displacement a table must not be periodic".to_owned());
                     }
                 };
-                let variable = Tape::new(&Syntax::Name(String::new(), 0), &[], &mut |_| 0)?;
+                let variable = Tape::new(&Syntax::Name(String::new(), 0), &[], &mut |_| 0, None)?;
                 Ok(CompiledLaw { ratio, law: Some(variable.of_curve(curve)), repeats: *periodic })
             }
         }

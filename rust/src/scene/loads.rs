@@ -5,7 +5,7 @@ use crate::error::{Problem, meant_or_known};
 use crate::expression::curve::Curve;
 use crate::expression::dimension::{Dimension, PLAIN, dimension, unit};
 use crate::expression::grammar::{Syntax, parse};
-use crate::expression::tape::{MOST_VARIABLES, Tape};
+use crate::expression::tape::{MOST_VARIABLES, Ranges, Tape};
 use crate::scene::parts::Scene;
 use crate::scene::quantities::{Quantity, TIME};
 use crate::scene::time_function::TimeFunction;
@@ -100,7 +100,7 @@ impl Expression {
         if let Some((name, value)) = self.constants.iter().find(|(_, value)| !value.is_finite()) {
             return Err(format!("the constant {name:?} must be a finite number, got {value}"));
         }
-        let tape = self.tape(&[variable])?;
+        let tape = self.compiled(&[variable], None)?;
         if !tape.switches.is_empty() {
             return Err(format!(
                 "{what} must have three derivatives: if, sign, abs, min, max and tables but the cubic one over the time \
@@ -131,8 +131,13 @@ impl Expression {
     /// # Errors
     /// If it cannot be evaluated in the memory of a tape.
     pub fn tape(&self, names: &[&str]) -> Result<Tape, String> {
+        self.compiled(names, Some(&range_of_quantity))
+    }
+
+    /// The same, with the range of a variable where the ends of domains are watched.
+    fn compiled(&self, names: &[&str], range: Option<Ranges<'_>>) -> Result<Tape, String> {
         let index = |name: &str| names.iter().position(|other| *other == name).unwrap_or_default();
-        let tape = Tape::new(&self.syntax, &self.constants, &mut { index })?;
+        let tape = Tape::new(&self.syntax, &self.constants, &mut { index }, range)?;
         Ok(match &self.table {
             Some(table) => tape.of_curve(table.clone()),
             None => tape,
@@ -230,6 +235,14 @@ impl Expression {
     fn value_of(&self, name: &str) -> Option<f64> {
         self.constants.iter().find(|(known, _)| known == name).map(|&(_, value)| value)
     }
+}
+
+/// Least and largest value of a quantity, by its name.
+fn range_of_quantity(name: &str) -> [f64; 2] {
+    let (_, last) = name.rsplit_once('.').unwrap_or(("", name));
+    let is_size =
+        matches!(last, TIME | "length" | "deflection" | "penetration" | "impact_velocity" | "normal_force");
+    [if is_size { 0.0 } else { f64::NEG_INFINITY }, f64::INFINITY]
 }
 
 /// A place in a text, in words.

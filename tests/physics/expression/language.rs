@@ -44,7 +44,7 @@ fn index(name: &str) -> usize {
 }
 
 fn compiled(text: &str) -> Tape {
-    Tape::new(&parse(text).unwrap(), &[("k".to_owned(), 3.0)], &mut { index }).unwrap()
+    Tape::new(&parse(text).unwrap(), &[("k".to_owned(), 3.0)], &mut { index }, None).unwrap()
 }
 
 /// The states of all switches where they belong to the variables.
@@ -111,7 +111,8 @@ fn derivatives_with_respect_to_time_are_those_of_differences() {
         "k*(time/2 - sin(2*pi*time/2)/(2*pi))",
     ];
     for text in formulas {
-        let tape = Tape::new(&parse(text).unwrap(), &[("k".to_owned(), 3.0)], &mut |_: &str| 0).unwrap();
+        let tape =
+            Tape::new(&parse(text).unwrap(), &[("k".to_owned(), 3.0)], &mut |_: &str| 0, None).unwrap();
         for t in [0.3, 0.8, 1.1, 1.9] {
             let exact = tape.of_time(t);
             assert!((exact[0] - tape.value(&[t], &[])).abs() <= 1e-15 * exact[0].abs(), "{text}");

@@ -1,11 +1,13 @@
 """Forces and torques that depend on the motion, against closed forms and independent codes."""
 
 import math
+import re
 
 import chebclear as cc
 import numpy as np
 import pytest
 from refusals import refused
+from scipy.integrate import solve_ivp
 
 METHODS = ["rodas5p", "rodas4", "dop853", "adams"]
 Expression, Table = cc.motions.Expression, cc.motions.Table
@@ -424,3 +426,88 @@ class TestBadInput:
         with pytest.raises(cc.errors.SimulationError) as caught:
             cc.simulate(scene, duration=5.0, samples=11)
         assert "log(block.x / 0.1)" in str(caught.value) and "block.x = " in str(caught.value)
+
+
+DRAG = "-0.01*abs(rotor.angular_velocity)**{power}*sign(rotor.angular_velocity)"
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("power", [0.1, 0.5, 0.8])
+@pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9])
+def test_drag_by_a_power_of_the_speed_stops_a_rotor_in_finite_time(method, power, rtol):
+    # w' = -0.1 w^p: w^(1-p) falls at the rate 0.1 (1 - p) to zero, where the rotor rests.
+    stop = 1.0 / (0.1 * (1.0 - power))
+    scene = rotor(cc.Torque("drag", "rotor", DRAG.format(power=power)), speed=1.0)
+    run = cc.simulate(scene, duration=2.0 * stop, samples=101, rtol=rtol, method=method)
+    left = np.maximum(1.0 - run.t / stop, 0.0) ** (1.0 / (1.0 - power))
+    np.testing.assert_allclose(run["rotor.angular_velocity"], left, atol=10.0 * rtol)
+    # The form changes where it stops, not with every step of its rest.
+    assert len(run.events) <= 5
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("torque", [1e-3, -1e-3])
+def test_drag_by_a_root_lets_go_from_rest_and_limits_the_speed(method, torque):
+    formula = f"{torque}*one + {DRAG.format(power=0.5)}"
+    drag = cc.Torque("drag", "rotor", Expression(formula, {"one": 1.0}))
+    run = cc.simulate(rotor(drag, speed=0.0, inertia=1e-3), duration=1.0, rtol=1e-6, method=method)
+    # 0.01 sqrt(w) = 0.001
+    assert run["rotor.angular_velocity"][-1] == pytest.approx(math.copysign(0.01, torque), abs=1e-7)
+
+
+CROSSING = {
+    "max(0, x)**1.5": lambda x: max(0.0, x) ** 1.5,
+    "sqrt(abs(x - 0.3))": lambda x: math.sqrt(abs(x - 0.3)),
+    "acos(max(-1, min(1, 1.5*x)))": lambda x: math.acos(max(-1.0, min(1.0, 1.5 * x))),
+    "sqrt(1 - max(-1, min(1, 1.5*x))**2)": lambda x: math.sqrt(1 - max(-1.0, min(1.0, 1.5 * x)) ** 2),
+    "if(x > 0.2, (x - 0.2)**0.5, 0)": lambda x: math.sqrt(max(0.0, x - 0.2)),
+    "(x**2)**0.4*x": lambda x: abs(x) ** 0.8 * x,
+    "sign(x)*abs(x)**0.3": lambda x: math.copysign(abs(x) ** 0.3, x),
+    "hypot(x, 2*x) + atan2(x, 3*x)": lambda x: math.hypot(x, 2 * x) + math.atan2(x, 3 * x),
+    "x*log(abs(x) + 1e-3)": lambda x: x * math.log(abs(x) + 1e-3),
+}
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("formula", CROSSING)
+def test_formulas_cross_the_ends_of_the_domains_of_their_functions(method, formula):
+    of_angle = formula.replace("max", "MAX").replace("x", "rotor.angle").replace("MAX", "max")
+    for speed in (1.0, 0.0):
+        torque = cc.Torque("T", "rotor", f"0.1*({of_angle}) - 0.3*rotor.angle")
+        run = cc.simulate(rotor(torque, speed=speed), duration=3.0, rtol=1e-6, method=method)
+
+        def rates(_, y):
+            return [y[1], CROSSING[formula](y[0]) - 3.0 * y[0]]
+
+        truth = solve_ivp(rates, (0.0, 3.0), [0.0, speed], "DOP853", rtol=1e-9, atol=1e-11, max_step=1e-2)
+        np.testing.assert_allclose(
+            [run["rotor.angle"][-1], run["rotor.angular_velocity"][-1]], truth.y[:, -1], atol=5e-5
+        )
+
+
+ENDS = {"x**0.5": 0.0, "sqrt(x)": 0.0, "acos(1 - x)": 0.0, "log(x + 0.5)": -0.5, "x**(1 + x)": 0.0}
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("formula", ENDS)
+def test_a_run_ends_where_a_formula_leaves_the_domain_of_a_function(method, formula):
+    torque = cc.Torque("T", "rotor", f"0.1*{formula.replace('x', 'rotor.angle')} - 10*rotor.angle")
+    with pytest.raises(cc.errors.SimulationError) as failure:
+        cc.simulate(rotor(torque, speed=-3.0, angle=0.5), duration=3.0, method=method)
+    assert (failure.value.reason, failure.value.load) == ("outside_domain", "T")
+    angle = re.search(r"rotor\.angle = ([-+.e\d]+)", str(failure.value))
+    assert float(angle[1]) == pytest.approx(ENDS[formula], abs=1e-6)
+
+
+@pytest.mark.parametrize("formula", ["sqrt(rotor.angle)", "rotor.angle**0.3", "acos(rotor.angle + 2.5)"])
+def test_a_formula_without_a_value_at_the_start_is_refused(formula):
+    with pytest.raises(cc.errors.SceneError, match="outside its domain"):
+        cc.simulate(rotor(cc.Torque("T", "rotor", formula), angle=-1.0), duration=0.1)
+
+
+def test_a_condition_that_is_written_twice_changes_once():
+    x = "rotor.angle"
+    torque = f"-0.1*{x}*abs({x}) + 0.01*max(0, {x}) - if(0 < {x}, 0.2, 0.1)*{x}"
+    run = cc.simulate(rotor(cc.Torque("T", "rotor", torque), speed=1.0), duration=10.0)
+    changes = np.count_nonzero(np.diff(np.sign(run["rotor.angle"][1:])))
+    assert len(run.events) == changes > 1

@@ -128,7 +128,7 @@ class TestLawsThatAreBuiltIn:
         formula = impact(ContactFormula(text), method=method)
         assert formula["journal.vx"][-1] == pytest.approx(built_in["journal.vx"][-1], rel=1e-6)
         switches = formula.events.time[formula.events.kind == "switch"]
-        assert len(switches) == 4  # each min on the way in and out
+        assert len(switches) == 2  # on the way in and out
         for instant in switches:
             place = np.interp(instant, formula.t, formula["bearing.penetration"])
             assert place == pytest.approx(depth, rel=3e-2)
@@ -211,7 +211,7 @@ class TestWhereARunEnds:
         with pytest.raises(cc.errors.SimulationError) as caught:
             impact(law)
         run = caught.value.trajectory
-        assert run.status in ("non_finite", "step_underflow")
+        assert run.status == "outside_domain"
         # 5 um at 0.4 m/s, slowed down.
         assert run["bearing.penetration"][np.isfinite(run["bearing.penetration"])].max() < 5e-6
         assert "penetration = " in str(caught.value)
@@ -264,3 +264,27 @@ class TestBadInput:
     def test_constants_that_are_not_used_or_hide_a_quantity(self):
         law = ContactFormula(Expression("k*penetration", {"k": math.nan, "penetration": 1.0, "more": 1.0}))
         assert {path.rpartition(".")[2] for path in refused(wrist(law))} == {"k", "penetration", "more"}
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_switch_over_a_power_of_the_penetration_lets_go(method):
+    # Nowhere in the impact does the damping pull: the clipped force is the other one.
+    bare = "2e9*penetration**1.5*(1 + 0.2*penetration_rate)"
+    runs = [impact(ContactFormula(law), method=method, rtol=1e-8) for law in (bare, f"max(0, {bare})")]
+    speeds = [run["journal.vx"][-1] for run in runs]
+    assert runs[1].status == "done"
+    assert speeds[1] == pytest.approx(speeds[0], rel=1e-6)
+
+
+def test_nothing_is_said_of_friction_where_there_is_none():
+    # A journal that is pressed into its bearing, under damping that pulls it back for most of the time.
+    for law in (cc.laws.KelvinVoigt(2e7, 3e4), ContactFormula("2e7*penetration + 3e4*penetration_rate")):
+        scene = cc.Scene(
+            [cc.Body("journal", MASS, 1e-4)],
+            [cc.ClearanceRevolute("bearing", "ground", "journal", 0.01, CLEARANCE, law)],
+            start=[cc.ClearanceStart("bearing", (0.0, 0.0), (SPEED, 0.0))],
+        )
+        for steps in range(10, 100, 5):
+            with pytest.raises(cc.errors.SimulationError, match="max_steps") as failure:
+                cc.simulate(scene, duration=1.0, rtol=1e-9, max_steps=steps)
+            assert "Painlevé" not in str(failure.value)

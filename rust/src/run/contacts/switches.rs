@@ -8,7 +8,7 @@ use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::{Event, EventKind, Place};
 use crate::run::motion::Motion;
 use crate::run::tolerances::Tolerances;
-use crate::tree::loads::LawOf;
+use crate::tree::loads::{LawOf, MotionLoad};
 
 /// The guard of a switch in the state of the frames inside the step or at its end: zero where the force changes its form.
 pub(crate) fn switch_guard(motion: &Motion, tolerances: &Tolerances, is_inside: bool, index: usize) -> Guard {
@@ -23,13 +23,13 @@ pub(crate) fn switch_guard(motion: &Motion, tolerances: &Tolerances, is_inside: 
         position: tolerances.position,
         velocity: tolerances.velocity,
     };
-    let SwitchDistance { value, rate, error, rounding } =
+    let SwitchDistance { value, rate, error, rounding, rests } =
         dynamics.switch_distance(index, &motion.dynamics.switches, &errors);
     Guard {
         value,
         rate,
         margin: 0.0,
-        resolution: rounding,
+        resolution: if rests { error.max(rounding) } else { rounding },
         overshoot: (8.0 * rounding).max(OVERSHOOT * error),
     }
 }
@@ -50,10 +50,12 @@ pub(crate) fn cross_switch(
         // The contact ended at the same instant.
         return Ok(f64::INFINITY);
     }
-    let (mut place, mut normal_velocity) = (Place::Load(index), f64::NAN);
+    if load.tape.is_end_of_domain(switch - load.first_switch) {
+        return leave_domain(motion, log, index, switch, at.t);
+    }
+    let (place, mut normal_velocity) = (place_of(load, index), f64::NAN);
     if let Some(LawOf { slot, .. }) = load.law_of {
         log.end_phase(motion, slot, at);
-        place = Place::Joint(slot);
         normal_velocity = motion.dynamics.contact_state(slot).penetration_rate;
     }
     let crossed = flip(motion, switch, at);
@@ -63,8 +65,40 @@ pub(crate) fn cross_switch(
     crossed
 }
 
+/// Ends the run where a function in a formula has no value. Where a switch before it turns at the same instant, as that of
+/// an absolute value under a root, only the formula as it was has none.
+fn leave_domain(
+    motion: &mut Motion,
+    log: &mut ContactLog,
+    load: usize,
+    switch: usize,
+    time: f64,
+) -> Result<f64, Status> {
+    let function = &motion.mechanism.motion_loads[load];
+    let own = switch - function.first_switch;
+    let mut changes = 0;
+    if !motion.dynamics.has_value_at(function, own) {
+        changes = motion.dynamics.settle_before(function, own);
+    }
+    if !motion.dynamics.has_value_at(function, own) {
+        return Err(Status::OutsideDomain);
+    }
+    for _ in 0..changes {
+        let (place, kind) = (place_of(function, load), EventKind::Switch);
+        log.record(Event { time, place, kind, normal_velocity: f64::NAN });
+    }
+    Ok(f64::INFINITY)
+}
+
+/// Where a function of the motion acts.
+fn place_of(function: &MotionLoad, index: usize) -> Place {
+    function.law_of.map_or(Place::Load(index), |law| Place::Joint(law.slot))
+}
+
 /// Changes the state of a switch. Only its direction counts for what follows: both forms of the force may push the
-/// quantity back, as dry friction does at rest, and then there is no motion that an expression describes.
+/// quantity back, as dry friction does at rest, and then there is no motion that an expression describes. Where the force
+/// is continuous, as a drag that vanishes with the velocity, the quantity rests there, and keeps its form within the
+/// tolerance: the two forms in turn would change without end.
 fn flip(motion: &mut Motion, switch: usize, StateAt { t, q, v }: StateAt) -> Result<f64, Status> {
     let rate = |motion: &mut Motion| {
         if !motion.dynamics.acceleration(t, q, v, &mut motion.a) {
@@ -74,9 +108,20 @@ fn flip(motion: &mut Motion, switch: usize, StateAt { t, q, v }: StateAt) -> Res
         Ok(motion.dynamics.switch_rate(switch))
     };
     let before = rate(motion)?;
+    let (old, state) = (motion.dynamics.load_near_switch(switch), motion.dynamics.switches[switch]);
     if !motion.dynamics.flip_switch(switch) {
         return Err(Status::OutsideTable);
     }
     let after = rate(motion)?;
-    if before < 0.0 && after < 0.0 { Err(Status::Held) } else { Ok(f64::INFINITY) }
+    let new = motion.dynamics.load_near_switch(switch);
+    // A continuous force has one value on the switch, whatever it has here.
+    let [here, there] = [0, 1].map(|place| (new[place] - old[place]).abs());
+    let jumps = there >= 0.5 * here || there.is_nan();
+    if jumps && before < 0.0 && after < 0.0 {
+        return Err(Status::Held);
+    }
+    if !jumps && before <= 0.0 && after < 0.0 {
+        motion.dynamics.rest_at(switch, state);
+    }
+    Ok(f64::INFINITY)
 }
