@@ -32,8 +32,8 @@ use inertia::Composites;
 pub use linearization::Linearization;
 use linearization::PairColumn;
 pub use loads::{SwitchDistance, Uncertainty};
-pub use loops::Correction;
 use loops::Loops;
+pub use loops::{Correction, FirstOrder};
 pub use reactions::Wrench;
 pub use response::Accelerance;
 

@@ -5,6 +5,7 @@ pub mod contacts;
 pub mod features;
 mod motion;
 pub mod outputs;
+mod path;
 mod prescribed;
 pub mod restart;
 mod samples;

@@ -173,7 +173,7 @@ fn gate_04_a_drive_through_a_dead_center_is_a_typed_error() {
     let run = simulate(&mechanism, &settings, &|_| true).unwrap();
     assert_eq!(run.status.word(), "singular_mechanism");
     let jam = (0.03_f64 / 0.05).asin() / (2000.0 * std::f64::consts::PI / 30.0);
-    assert!((run.time - jam).abs() < 5e-4, "{} {jam}", run.time);
+    assert!((run.time - jam).abs() < 1e-9, "{} {jam}", run.time);
     assert!(run.values.last().unwrap().is_nan());
     let Joint::Ideal { name, .. } = &scene.joints[3] else { unreachable!() };
     assert_eq!(name, "wrist");

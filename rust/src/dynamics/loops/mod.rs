@@ -5,8 +5,10 @@
 
 mod massless;
 mod projection;
+mod variation;
 
 pub use projection::Correction;
+pub use variation::FirstOrder;
 
 use std::ops::Range;
 

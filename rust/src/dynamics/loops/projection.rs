@@ -54,6 +54,7 @@ impl Dynamics<'_> {
             Correction { rounded_position: true, rounded_velocity: true, ..Correction::default() };
         let mut closed = !self.tree.has_loops();
         let mut a = std::mem::take(&mut self.scratch);
+        let mut last = f64::INFINITY;
         for _ in 0..NEWTON_STEPS {
             if closed || !self.acceleration(t, q, v, &mut a) {
                 break;
@@ -69,6 +70,11 @@ impl Dynamics<'_> {
             if !(near && closed && (lost || gaps.unknown)) {
                 let moved = self.close(q, &scales.levers, &mut a, !closed, Level::Position);
                 correction.position = correction.position.max(moved);
+                if !closed && moved > last {
+                    // What Newton's method might find from there on is any way to close the loops.
+                    break;
+                }
+                last = moved;
                 if near {
                     // What moved the positions changes the gap rates.
                     closed = false;
@@ -89,18 +95,13 @@ impl Dynamics<'_> {
 
     /// What the gaps and gap rates are, after [`Dynamics::acceleration`].
     fn gaps(&self, q: &[f64], v: &[f64], scales: &Scales) -> Gaps {
-        let largest = |of: &[f64]| {
-            of.iter().zip(&scales.levers).map(|(x, lever)| (x * lever).abs()).fold(0.0, f64::max)
-        };
         // The rounding error of a large angle counts at the size of the mechanism. The velocity of a point
         // may be a sum of much larger terms, whose rounding errors count.
-        let (size, speed) = (scales.length + largest(q), scales.speed + largest(v));
+        let (size, speed) = (scales.length + scales.largest(q), scales.speed + scales.largest(v));
         // Gap rates per gap.
         let at = |pivot: f64| speed / scales.length / pivot.sqrt();
         let loops = &self.loops;
-        let passes = loops.nearly_dependent
-            && largest(v).powi(2) * loops.weakest_pivot
-                <= NEARLY_DEPENDENT.sqrt() * scales.speed * scales.speed;
+        let passes = self.passes(scales.largest(v), scales);
         let (here, left) = if passes {
             (at(loops.weakest_pivot.max(DAMPING)), at(DAMPING))
         } else if loops.nearly_dependent {
@@ -139,6 +140,19 @@ impl Dynamics<'_> {
     /// Whether nothing is known of velocities and accelerations across the closures: at a change point.
     pub fn is_at_change_point(&self) -> bool {
         self.loops.nearly_dependent && self.loops.weakest_pivot < DAMPING
+    }
+
+    /// Whether the motion passes over a change point within whose reach the state last evaluated is.
+    pub fn passes_change_point(&self, v: &[f64], scales: &Scales) -> bool {
+        self.is_at_change_point() && self.passes(scales.largest(v), scales)
+    }
+
+    /// Whether the closures are nearly dependent, but do not act upon a motion of this speed [m/s] as where they are pulled
+    /// apart.
+    fn passes(&self, speed: f64, scales: &Scales) -> bool {
+        self.loops.nearly_dependent
+            && speed.powi(2) * self.loops.weakest_pivot
+                <= NEARLY_DEPENDENT.sqrt() * scales.speed * scales.speed
     }
 
     /// One correction of `x`, positions or velocities, toward closed loops; returns the largest change times
