@@ -21,6 +21,8 @@ pub(crate) struct Samples<'a> {
     needs: Needs,
     /// Rows near a change point, where forces in the loops are not known.
     pub(crate) unknown: usize,
+    /// The first other row with an output that is no finite number: of forces or energies that overflow.
+    not_finite: Option<usize>,
     /// The work up to the present step, while that of the motion is up to a sample inside it.
     work_of_steps: Work,
 }
@@ -41,6 +43,7 @@ impl<'a> Samples<'a> {
             taken: 0,
             due: None,
             unknown: 0,
+            not_finite: None,
             work_of_steps: Work::default(),
         };
         samples.find_due();
@@ -63,6 +66,14 @@ impl<'a> Samples<'a> {
     /// Instant of the last sample taken [s]; minus infinity before the first.
     pub(crate) fn last_taken(&self) -> f64 {
         self.taken.checked_sub(1).map_or(f64::NEG_INFINITY, |index| self.time(index))
+    }
+
+    /// Instant of the first row that is not finite [s], which is taken back with those after it.
+    pub(crate) fn first_not_finite(&mut self) -> Option<f64> {
+        let row = self.not_finite?;
+        self.values[row * self.columns.len()..].fill(f64::NAN);
+        self.taken = row;
+        Some(self.time(row))
     }
 
     /// Whether an instant [s] lies in the skipped time.
@@ -109,11 +120,15 @@ impl<'a> Samples<'a> {
     fn take(&mut self, motion: &mut Motion, t: f64) {
         motion.place(t, self.needs);
         let asked = self.needs.reactions || self.needs.acceleration;
-        self.unknown += usize::from(asked && motion.dynamics.is_near_change_point());
+        let unknown = asked && motion.dynamics.is_near_change_point();
+        self.unknown += usize::from(unknown);
         let width = self.columns.len();
         let row = &mut self.values[self.taken * width..][..width];
         for (value, column) in row.iter_mut().zip(&self.columns) {
             *value = column.value(&motion.dynamics, &motion.work);
+        }
+        if !unknown && self.not_finite.is_none() && !row.iter().all(|value| value.is_finite()) {
+            self.not_finite = Some(self.taken);
         }
         self.taken += 1;
         self.find_due();

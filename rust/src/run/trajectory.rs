@@ -296,13 +296,17 @@ pub fn record<'a>(
         }
         Begin::State(_) => system.begin(&mut q, &v),
     }
-    let outcome = if mechanism.mobility() == 0 && mechanism.slots.is_empty() {
+    let mut outcome = if mechanism.mobility() == 0 && mechanism.slots.is_empty() {
         follow_drives(&mut system, from, end, &mut q, &mut v)
     } else {
         let mut method = settings.method.stepper(mechanism.degrees_of_freedom(), settings.rtol);
         let limits = system.limits();
         integrate(&mut system, &mut *method, limits, from, end, &mut q, &mut v)
     };
+    // The motion itself may go on where a force or an energy is beyond the largest number.
+    if let Some(time) = system.samples.first_not_finite() {
+        (outcome.status, outcome.time) = (Status::NonFinite, time);
+    }
     if outcome.status == Status::Done {
         system.phases.log.end(&mut system.motion, outcome.time, &q, &v);
     }
