@@ -3,6 +3,8 @@
 //! A derived reader stops at the first error. Here all are collected with their paths, so that the user sees
 //! them together with the physical problems of [`Scene::check`].
 
+use std::collections::HashSet;
+
 use serde_json::Value;
 
 use crate::contact::film::Lubricant;
@@ -24,12 +26,15 @@ use crate::scene::parts::{
 /// The fields that determine the kind of an object; without them it cannot be checked.
 const TAGS: [&str; 3] = [".type", ".law", ".function"];
 
-/// Whether a problem at a path follows from a known one: at the same place, inside it, or inside an
-/// object of unknown kind.
-fn follows(path: &str, known: &str) -> bool {
-    let place = TAGS.iter().find_map(|tag| known.strip_suffix(tag)).unwrap_or(known);
-    let rest = path.strip_prefix(place);
-    rest.is_some_and(|rest| place.is_empty() || rest.is_empty() || rest.starts_with(['.', '[']))
+/// The place of a problem from which others may follow: its path, or the object whose kind is unknown.
+fn place_of(path: &str) -> &str {
+    TAGS.iter().find_map(|tag| path.strip_suffix(tag)).unwrap_or(path)
+}
+
+/// Whether a problem at a path follows from one at a known place: there, or inside of it.
+fn follows(path: &str, known: &HashSet<String>) -> bool {
+    let outer = path.match_indices(['.', '[']).map(|(end, _)| &path[..end]);
+    outer.chain(["", path]).any(|place| known.contains(place))
 }
 
 /// The scene written in `text`, checked.
@@ -66,9 +71,11 @@ fn checked(value: &Value, numbers: Option<&[f64]>) -> Result<Scene, InputError> 
     if let Err(error) = scene.check() {
         // A field that could not be read is NaN or an empty name in the scene: its physical
         // check would only repeat the problem.
+        let mut known: HashSet<String> =
+            problems.iter().map(|one: &Problem| place_of(&one.path).to_owned()).collect();
         for problem in error.problems {
-            let known = problems.iter().any(|other: &Problem| follows(&problem.path, &other.path));
-            if !known {
+            if !follows(&problem.path, &known) {
+                known.insert(place_of(&problem.path).to_owned());
                 problems.push(problem);
             }
         }
