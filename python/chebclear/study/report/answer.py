@@ -111,18 +111,15 @@ def _when(band: Band) -> str:
 
 
 def _force(result: StudyResult) -> Iterator[str]:
-    found = [
-        (one.ends[1], one.name, float(np.max(one.nominal))) for one in features_of(result) if one.unit == "N"
-    ]
+    """The force that is largest in magnitude, in either direction."""
+    found = [(one.ends, one.name, one.nominal) for one in features_of(result) if one.unit == "N"]
     found += [
-        (extent(result, band)[1], band.name, float(band.nominal.max()))
-        for band in result.bands.values()
-        if band.unit == "N"
+        (extent(result, band), band.name, band.nominal) for band in result.bands.values() if band.unit == "N"
     ]
     if found:
-        largest, name, nominal = max(found)
-        told = f"The largest force is {format_quantity(largest, 'N')}, {name}"
-        yield f"{told}; without tolerances it is {format_quantity(nominal, 'N')}."
+        ends, name, nominal = max(found, key=lambda one: max(map(abs, one[0])))
+        texts = [format_quantity(float(max(values, key=abs)), "N") for values in (ends, np.ravel(nominal))]
+        yield f"The largest force is {texts[0]}, {name}; without tolerances it is {texts[1]}."
 
 
 def _tolerance(feature: FeatureResult | None) -> Iterator[str]:
