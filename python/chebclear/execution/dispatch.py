@@ -28,7 +28,7 @@ from ..base.progress import Progress
 from ..errors import ChebclearError, error_text
 from .limited import WAKE, Answers, Calls, call_order
 from .memory import threads_started
-from .pieces import DONE, NOT_BEGUN, End, Order, Piece, simulate_order
+from .pieces import DONE, NOT_BEGUN, End, Order, Piece, simulate_order, start_worker
 from .store import Store
 
 # Duration of a piece [s]: long compared with sending it, which takes a few milliseconds, and short enough
@@ -333,6 +333,12 @@ class ExecutorWorkers(Workers):
     def __init__(self, executor: Executor, source: Source) -> None:
         # With a store no worker begins a piece before its last one is safe.
         self.queued = _QUEUED if source.store is None else 1
+        from concurrent.futures import ProcessPoolExecutor
+
+        # Workers that a killed parent has just started may never get a task, and would wait for ever.
+        if isinstance(executor, ProcessPoolExecutor) and not executor._processes:
+            own = getattr(executor, "_initializer", None), getattr(executor, "_initargs", ())
+            vars(executor).update(_initializer=start_worker, _initargs=own)
         self._executor = executor
         self._own: list[Executor] = []
         self._folder = TemporaryDirectory(prefix="chebclear-", ignore_cleanup_errors=True)

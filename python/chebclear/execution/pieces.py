@@ -251,12 +251,12 @@ def still_wanted(stop: str | threading.Event) -> Callable[[], bool]:
     elsewhere, which ends with its parent; on another machine it never does."""
     if not isinstance(stop, str):
         return lambda: not stop.is_set()
-    _end_with_parent()
+    end_with_parent()
     return lambda: not os.path.exists(stop)
 
 
 @functools.cache
-def _end_with_parent() -> None:
+def end_with_parent() -> None:
     """Let this worker end when the process that started it has been killed.
 
     Workers of a process pool wait for their next task on a pipe that they hold open themselves, so they would
@@ -271,6 +271,13 @@ def _end_with_parent() -> None:
         os._exit(1)
 
     threading.Thread(target=watch, name="chebclear-parent", daemon=True).start()
+
+
+def start_worker(own: Callable[..., object] | None, arguments: tuple[Any, ...]) -> None:
+    """Begin a worker of a process pool: it ends with its parent, even before its first task."""
+    end_with_parent()
+    if own is not None:
+        own(*arguments)
 
 
 def as_text(ends: Sequence[End], notices: Sequence[Sequence[Notice]]) -> str:

@@ -23,7 +23,6 @@ import stat
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any
-from zipfile import ZIP_STORED
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,8 +117,6 @@ def _shapes(archive: Any) -> dict[str, tuple[int, ...]]:
     found = {}
     for name in (*_MEMBERS, *_TEXTS):
         shape, dtype = member_header(archive, name)
-        if archive.zip.getinfo(f"{name}.npy").compress_type != ZIP_STORED:
-            raise UnfitError("is no piece of a store: its arrays are packed")
         wanted, dimensions = _MEMBERS.get(name, (dtype, 0))
         if dtype != wanted or dtype.hasobject or len(shape) != dimensions:
             raise UnfitError(f"is no piece of a store: {name} has another type or shape")
