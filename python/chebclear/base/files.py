@@ -24,7 +24,7 @@ from typing import (
     get_origin,
     get_type_hints,
 )
-from zipfile import BadZipFile, ZipFile
+from zipfile import ZIP_STORED, BadZipFile, ZipFile
 from zlib import error as ZlibError
 
 import numpy as np
@@ -40,8 +40,8 @@ if TYPE_CHECKING:
 
 Record = TypeVar("Record", bound="DataclassInstance")
 
-FORMAT = 1
-"""Number of the file format; increased when older versions cannot read new files."""
+FORMAT = 2
+"""Number of the file format; increased when other versions cannot read the files of this one."""
 
 
 def package_version() -> str:
@@ -52,6 +52,14 @@ def package_version() -> str:
         return version("chebclear")
     except PackageNotFoundError:
         return "unknown"
+
+
+def on_disk(path: str | os.PathLike[str]) -> Path:
+    """The path of a file, which may not be a pipe or a device: reading these may never end."""
+    found = Path(path)
+    if found.exists() and not found.is_file() and not found.is_dir():
+        raise ArgumentError(f"{os.fspath(path)} is no file on disk, but a pipe or a device")
+    return found
 
 
 class Stacked:
@@ -156,32 +164,35 @@ def _has_type(value: Any, annotation: str) -> bool:
 
 
 def _arrays(archive: np.lib.npyio.NpzFile, facts: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
-    """The arrays of a file that has those which it lists."""
+    """The arrays of a file that has those which it lists, in the shapes that they had."""
     names = {name for name in archive.files if name != "metadata"}
-    if differing := sorted(set(facts["members"]) ^ names):
+    if differing := sorted(facts["members"].keys() ^ names):
         raise ValueError(f"{', '.join(differing)} is missing or misnamed")
-    # All of them before any is unpacked, to a thousand times its size at worst.
+    # All of them before any is read.
     for name in names:
-        member_header(archive, name)
+        shape, _ = member_header(archive, name)
+        if list(shape) != facts["members"][name]:
+            raise ValueError(
+                f"{name} has shape {list(shape)}, not {facts['members'][name]} as when it was saved"
+            )
     return {name: archive[name] for name in sorted(names)}
 
 
-# Deflate packs at most 1032 bytes into one.
-_MOST_PACKED, _LEAST_PACKED = 1032, 1000
-
-
 def member_header(archive: Any, name: str) -> tuple[tuple[int, ...], np.dtype[Any]]:
-    """Shape and type of an array of an archive that holds as many bytes as they need, else a ValueError.
+    """Shape and type of an array of an archive that holds all its bytes as they are, else a ValueError.
 
-    NumPy asks for the memory of whatever a header says before it reads on.
+    NumPy asks for the memory of whatever a header says before it reads on, and packed zeros would fill a
+    thousand times the size of the file.
     """
     member = archive.zip.getinfo(f"{name}.npy")
+    if member.compress_type != ZIP_STORED:
+        raise ValueError(f"{name} is packed")
     with archive.zip.open(member) as file:
         np.lib.format.read_magic(file)
         # Versions differ in the length of the header alone; NumPy writes the first for the types of results.
         shape, _, dtype = np.lib.format.read_array_header_1_0(file)
         size = int(np.prod(shape, dtype=object)) * dtype.itemsize + file.tell()
-    if member.file_size != size or size > _MOST_PACKED * member.compress_size + _LEAST_PACKED:
+    if not size == member.file_size == member.compress_size:
         raise ValueError(f"{name} is not as long as it says")
     return shape, dtype
 
@@ -199,7 +210,7 @@ def _opened(path: str | os.PathLike[str]) -> Iterator[tuple[np.lib.npyio.NpzFile
         f"{os.fspath(path)} was not written by chebclear, or is damaged: give a whole file that save() wrote"
     )
     # Opened here, because numpy leaves a file open if it is not an archive.
-    with Path(path).open("rb") as file, ExitStack() as closing:
+    with on_disk(path).open("rb") as file, ExitStack() as closing:
         try:
             archive = np.load(file, allow_pickle=False)
             if not isinstance(archive, np.lib.npyio.NpzFile):  # a single array
@@ -211,10 +222,11 @@ def _opened(path: str | os.PathLike[str]) -> Iterator[tuple[np.lib.npyio.NpzFile
             raise stranger from None
         if not (isinstance(facts, dict) and isinstance(facts.get("format"), int) and "kind" in facts):
             raise stranger
-        if facts["format"] > FORMAT:
+        if facts["format"] != FORMAT:
+            other = "a later" if facts["format"] > FORMAT else "an earlier"
             raise ArgumentError(
-                f"{os.fspath(path)} has format {facts['format']}, this version reads up to {FORMAT}: "
-                "take a newer one"
+                f"{os.fspath(path)} has format {facts['format']}, this version reads {FORMAT}: take {other} "
+                "version, or compute it again"
             )
         yield archive, facts
 
@@ -390,7 +402,7 @@ class Saved(ArrayRecord):
                 "format": FORMAT,
                 "kind": self.kind_of_file,
                 "versions": versions,
-                "members": list(arrays),
+                "members": {name: list(array.shape) for name, array in arrays.items()},
                 **facts,
             }
             _write_member(archive, "metadata", np.array(json.dumps(_as_json(metadata), allow_nan=False)))

@@ -93,7 +93,8 @@ def file(text: str) -> Path:
     if path.is_dir():
         raise argparse.ArgumentTypeError(f"must be a file, {text!r} is a directory")
     if not path.is_file():
-        raise argparse.ArgumentTypeError(f"must be a file, there is none named {text!r}")
+        what = "is a pipe or a device" if path.exists() else "does not exist"
+        raise argparse.ArgumentTypeError(f"must be a file, {text!r} {what}")
     return path
 
 

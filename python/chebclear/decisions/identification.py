@@ -313,6 +313,9 @@ def identify(
         series = {name: source.values(name) for name in trace.noise}
         points, table, notices = source.parameters, trace.of(source.t, series, seed), ()
         units = source.units
+    if not np.isfinite(table).all():
+        checks.add("features", "are beyond the largest number: samples, or their noise, are too large")
+    checks.finish()
     issue(notices)
     fit = FeatureFit(on_cube(named, points[:, columns]), table, level)
     units = {name: units[name] for name in named if name in units}

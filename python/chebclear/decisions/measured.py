@@ -402,7 +402,7 @@ def _scale(
 def _cells(path: Path) -> tuple[list[str], list[list[str]]]:
     """The names and the lines of a CSV file."""
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        lines = records.on_disk(path).read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
         raise ArgumentError(f"{path} is no text in UTF-8: {error.reason}; save it as such") from None
     mark = next((sign for sign in ";\t" if lines and sign in lines[0]), ",")

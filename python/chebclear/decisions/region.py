@@ -49,7 +49,9 @@ def _fitted(cube: Array, values: Array, powers: NDArray[np.int64], counts: list[
     """The model of a feature, and how far each run is from that of the others, over the scatter."""
     basis = legendre_terms(cube, powers)
     line = np.column_stack([np.ones(len(cube)), cube])
-    least = _ROUNDING * float(np.max(np.abs(values))) + np.finfo(float).tiny
+    # Relative to the largest value, so that squares are numbers.
+    size = float(np.max(np.abs(values))) or 1.0
+    values, least = values / size, _ROUNDING
     scatter = np.ones(len(cube))
     for _ in range(_FITS):
         orthogonal, triangle = np.linalg.qr(basis / scatter[:, None])
@@ -65,7 +67,8 @@ def _fitted(cube: Array, values: Array, powers: NDArray[np.int64], counts: list[
         logs = np.linalg.lstsq(line, np.log(np.maximum(np.abs(left * scatter), least)), rcond=None)[0]
         left, scatter = left * scatter, np.exp(line @ logs)
     inverse = np.linalg.inv(triangle[:count, :count])
-    return _Model(powers[:count], inverse @ parts, inverse, logs), left / scatter
+    logs[0] += math.log(size)
+    return _Model(powers[:count], size * (inverse @ parts), size * inverse, logs), left / scatter
 
 
 class FeatureFit:

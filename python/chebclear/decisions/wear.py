@@ -18,7 +18,7 @@ from ..errors import ArgumentTypeError
 from ..report import html
 from ..report.document import Table
 from ..run.features import lowest, peak
-from ..run.settings import Settings, StepOptions
+from ..run.settings import MOST_PERIODS, Settings, StepOptions
 from ..run.simulation import run_scene
 from ..run.trajectory import Trajectory
 from ..scene.columns import column_unit
@@ -263,14 +263,14 @@ def wear_life(
             lower, upper = requirement.limits(checks, "requirement", column_unit(requirement.quantity))
     elif limit is None:
         checks.add("limit", "of the depth, a requirement or both must be given")
-    skipped = checks.whole("settle", settle, least=0)
-    counted = checks.whole("measure", measure, least=1)
+    skipped = checks.whole("settle", settle, least=0, most=MOST_PERIODS)
+    counted = checks.whole("measure", measure, least=1, most=MOST_PERIODS)
     runs = checks.whole("max_runs", max_runs, least=1)
     if max_cycles != math.inf:
         max_cycles = checks.real("max_cycles", max_cycles, "-", above=0.0)
     # A wrong time is reported once, not again by the settings that follow from it.
     time = scene.period if cycle is None or checks.noted("cycle") else float(cycle)
-    output = None if requirement is None else requirement.quantity
+    output = requirement.quantity if isinstance(requirement, Specification) else None
     settings = Settings.gathered(
         checks,
         None,

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import os
-from pathlib import Path
 from typing import Any
 
 from ..base.arguments import Checks
+from ..base.files import on_disk
 from ..base.units import UnitError, convert
 from ..errors import ArgumentTypeError, SceneError
 from ..templates.template import Template
@@ -108,7 +108,7 @@ def _linkage(source: Any) -> Linkage:
         raise ArgumentTypeError(f"source must be of pylinkage, a path or a link, got {source!r:.80}")
     text = os.fspath(source)
     if not text.startswith(("http://", "https://")):
-        text = Path(text).read_text(encoding="utf-8")
+        text = on_disk(text).read_text(encoding="utf-8")
     if not text.lstrip().startswith("{"):
         return of_link(text)
     try:

@@ -26,7 +26,16 @@ from .axes import (
     require_unit,
     unit_scale,
 )
-from .labels import legend_above_the_data, plain_numbers, set_labels, set_x_label, with_unit, words_of
+from .labels import (
+    legend_above_the_data,
+    plain_numbers,
+    set_labels,
+    set_x_label,
+    set_y_label,
+    typeset,
+    with_unit,
+    words_of,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -155,7 +164,7 @@ def plot_band(
     if nominal and deviation:
         beside = ax.twinx()
         beside.plot(abscissa, scale * band.nominal, color=NOMINAL, linewidth=0.7)
-        beside.set_ylabel(with_unit(words, shown), color=NOMINAL)
+        beside.set_ylabel(typeset(with_unit(words, shown)), color=NOMINAL)
         beside.grid(False)
     return ax
 
@@ -219,11 +228,11 @@ def plot_lost_motion(
     ax = new_axes(ax)
     scale, shown = unit_scale(motion.unit, unit)
     shares = [share * scale for share in motion.shares.values()]
-    names = [plain_words(name) for name in motion.shares]
+    names = [typeset(plain_words(name)) for name in motion.shares]
     look: dict[str, Any] = {"labels": names, "colors": COLORS, "alpha": 0.8}
     ax.stackplot(np.degrees(motion.angle), shares, **(look | areas))
     set_x_label(ax, "angle of the drive [°]")
-    ax.set_ylabel(with_unit(f"lost motion of {plain_words(motion.at)}", shown))
+    set_y_label(ax, with_unit(f"lost motion of {plain_words(motion.at)}", shown))
     ax.legend()
     return ax
 

@@ -311,8 +311,8 @@ def plot_identification(found: Identification, *, ax: Axes | None = None, **poin
     for axis, name in enumerate(names):
         side = found.intervals[name]
         factor, unit = prefix_of(max(abs(side.lower), abs(side.upper)), found.units.get(name, ""))
-        both = {"xy"[axis] + "lim": (factor * side.lower, factor * side.upper)}
-        ax.set(**both, **{"xy"[axis] + "label": with_unit(plain_words(name), unit)})
+        letter, label = "xy"[axis], typeset(with_unit(plain_words(name), unit))
+        ax.set(**{f"{letter}lim": (factor * side.lower, factor * side.upper), f"{letter}label": label})
         columns[axis] *= factor
         best[axis] *= factor
     if len(names) == 1:

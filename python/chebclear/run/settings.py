@@ -32,6 +32,8 @@ LEAST_RTOL, MOST_RTOL = _core.RTOL_RANGE
 MOST_SAMPLES = _core.MOST_SAMPLES
 """Samples of a run that are accepted [-]."""
 MAX_STEPS, MAX_EVENTS = 10_000_000, 1_000_000  # some minutes of work
+MOST_PERIODS = 1_000_000
+"""Periods or revolutions of a run that are accepted [-]: their samples take 8 MB."""
 
 # Placeholders for fields that are missing or of a wrong type, so that the core can check the others.
 _EXAMPLE: dict[str, Any] = {"duration": 1.0, "samples": 2, "method": METHODS[0]}

@@ -23,7 +23,7 @@ from ..errors import ArgumentError, warn
 from ..execution.options import MOST_THREADS
 from ..report import html
 from ..report.document import Table
-from ..run.settings import Settings, StepOptions, with_settings
+from ..run.settings import MOST_PERIODS, Settings, StepOptions, with_settings
 from ..run.simulation import run_scene
 from ..scene.columns import column_unit
 from ..scene.parts import ClearanceRevolute
@@ -36,8 +36,8 @@ if TYPE_CHECKING:
 GoOn = Callable[[float], None]
 Result = TypeVar("Result")
 
-# Values of a diagram, and periods of each run [-], whose samples take 8 MB.
-_MOST_VALUES, _MOST_PERIODS = 100_000, 1_000_000
+# Values of a diagram [-].
+_MOST_VALUES = 100_000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -199,8 +199,8 @@ def bifurcation(
         checks.add("parameter", f"must be the name of a keyword of build, got {parameter!r}", wrong_type=True)
     constant = dict(checks.mapping("fixed", fixed, "values"))
     check_keywords(checks, build, [str(parameter)], constant)
-    count = checks.whole("periods", periods, least=1, most=_MOST_PERIODS)
-    skipped = checks.whole("discard", discard, least=0, most=_MOST_PERIODS)
+    count = checks.whole("periods", periods, least=1, most=MOST_PERIODS)
+    skipped = checks.whole("discard", discard, least=0, most=MOST_PERIODS)
     if is_pattern(output):
         checks.add("output", f"must be the name of one output, got the pattern {output!r}")
     if threads is not None:

@@ -15,7 +15,7 @@ from ..notices import HORIZON, Notice
 from ..run.accuracy import BY_ANGLE
 from ..run.features import settling_time
 from ..run.resampling import interpolated, refined
-from ..run.settings import LEAST_RTOL, MOST_SAMPLES, Settings
+from ..run.settings import LEAST_RTOL, MOST_PERIODS, MOST_SAMPLES, Settings
 from ..run.simulation import run_scene
 from ..scene.columns import physical_limits
 from ..scene.motions import Speed
@@ -47,8 +47,8 @@ def check_turns(checks: Checks, settings: Settings | None, revolutions: object, 
     """Check that a study has revolutions, and some that are not discarded."""
     if settings is None:
         checks.add("revolutions", "need scenes: runs of other models have no drive")
-    turns = checks.whole("revolutions", revolutions, least=1)
-    skipped = checks.whole("discard", discard, least=0)
+    turns = checks.whole("revolutions", revolutions, least=1, most=MOST_PERIODS)
+    skipped = checks.whole("discard", discard, least=0, most=MOST_PERIODS)
     if turns <= skipped:
         checks.add("revolutions", f"must be > discard, got {revolutions} and {discard}")
 

@@ -24,7 +24,7 @@ from ..report import html
 from ..report.document import Table
 from ..run.features import Feature
 from ..run.resampling import refined
-from ..run.settings import Settings
+from ..run.settings import MOST_PERIODS, Settings
 from ..run.simulation import run_scene
 from ..run.trajectory import Trajectory
 from ..scene.scene import Interval, Scene
@@ -249,8 +249,8 @@ def sweep_of(
     else:
         checks.add("parameter", f"must name a keyword of build, got {parameter!r}", wrong_type=True)
     count = checks.whole("points", points, least=3, most=MOST_POINTS)
-    kept = checks.whole("revolutions", revolutions, least=_LEAST_TURNS)
-    skipped = checks.whole("discard", discard, least=0)
+    kept = checks.whole("revolutions", revolutions, least=_LEAST_TURNS, most=MOST_PERIODS)
+    skipped = checks.whole("discard", discard, least=0, most=MOST_PERIODS)
     asked = [one for one in runner.features.values() if isinstance(one, Feature) and one.unit != "s"]
     if not asked or len(asked) < len(runner.features):
         checks.add("features", "must be those of a revolution, such as the peak of an output, and no others")

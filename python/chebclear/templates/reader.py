@@ -7,9 +7,9 @@ import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import Field, fields
-from pathlib import Path as FilePath
 from typing import Any
 
+from ..base.files import on_disk
 from ..base.shown import did_you_mean, meant_or_known
 from ..base.units import misfit, unit_of_quantity
 from ..errors import ArgumentTypeError, Problem, SceneError, UnknownKey, is_plain
@@ -66,7 +66,7 @@ def load(path: str | os.PathLike[str], *, changes: Mapping[str, Any] | None = No
     >>> scene == cc.mechanisms.slider_crank()
     True
     """
-    path = FilePath(path)
+    path = on_disk(path)
     with path.open("rb") as file:
         content = file.read(4 * MOST_CHARACTERS + 1)
     try:

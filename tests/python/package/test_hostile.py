@@ -3,6 +3,7 @@
 import importlib.util
 import io
 import json
+import os
 import signal
 import zipfile
 from pathlib import Path
@@ -49,7 +50,7 @@ def test_facts_that_say_something_else_are_refused(tmp_path, saved, name, value)
 
 def test_a_member_that_is_not_listed_is_not_unpacked(tmp_path, saved, monkeypatch):
     path = tmp_path / "study.npz"
-    np.savez_compressed(path, **saved, zeros=np.zeros(1000))
+    np.savez(path, **saved, zeros=np.zeros(1000))
     read, real = [], np.lib.format.read_array
 
     def counted(*given, **options):
@@ -61,6 +62,34 @@ def test_a_member_that_is_not_listed_is_not_unpacked(tmp_path, saved, monkeypatc
         cc.load_result(path)
     # The metadata alone, asked for the kind and for the list.
     assert 1 <= len(read) <= 2
+    # Packed zeros fill a thousand times the size of the file: nothing of it is read.
+    read.clear()
+    np.savez_compressed(path, **saved)
+    with pytest.raises(cc.errors.ArgumentError):
+        cc.load_result(path)
+    assert not read
+
+
+def test_an_array_of_another_shape_than_was_saved_is_refused(tmp_path, saved):
+    path = tmp_path / "study.npz"
+    for name in saved.keys() - {"metadata"}:
+        for axis in range(saved[name].ndim):
+            longer = np.pad(saved[name], [(0, int(axis == other)) for other in range(saved[name].ndim)])
+            np.savez(path, **saved | {name: longer})
+            with pytest.raises(cc.errors.ArgumentError) as caught:
+                cc.load_result(path)
+            assert name in str(caught.value)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names")
+def test_pipes_and_devices_are_no_files(tmp_path):
+    """Reading a pipe never ends, nor does reading a device."""
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    for path in (pipe, os.devnull):
+        for read in (cc.load, cc.load_result, cc.read_linkage):
+            with pytest.raises(cc.errors.ArgumentError):
+                read(path)
 
 
 @pytest.mark.parametrize("victim", ["metadata", "values"])

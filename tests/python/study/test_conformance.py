@@ -412,6 +412,11 @@ class TestSimulations:
 
 
 class TestBadInput:
+    @pytest.mark.parametrize("width", [5e-324, 1e-300, 1e-9])
+    def test_a_width_that_no_runs_reach_ends_with_all_of_them(self, width):
+        share = cc.conformance(SHAFT, {"play": cc.require("play", above=0.08)}, 200, width=width)["play"]
+        assert share.runs == 200
+
     @pytest.mark.parametrize(
         ("given", "name"),
         [

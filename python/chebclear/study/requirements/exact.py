@@ -58,7 +58,12 @@ def looks(width: float, most: int, confidence: float) -> list[int]:
     count = 1
     while True:
         rest = math.log(2.0 * count / (1.0 - confidence))
-        first, last = math.ceil(-rest / math.log1p(-width)), min(most, math.ceil(2.0 * rest / width**2))
+        first, last = _at_most(most, rest, -math.log1p(-width)), _at_most(most, 2.0 * rest, width**2)
         if first * 2 ** (count - 1) >= last:
             return sorted({min(first * 2**place, last) for place in range(count)})
         count += 1
+
+
+def _at_most(most: int, part: float, whole: float) -> int:
+    """The quotient, rounded up, or the most; `whole` may be too small to be divided by."""
+    return most if part >= most * whole else math.ceil(part / whole)
