@@ -265,7 +265,7 @@ def verdicts(figure: Figure) -> None:
         samples=201,
         skip=0.037,
     )
-    force, band = "wrist.normal_force", study.band(41)
+    force, band = "wrist.normal_force", study.band(41, coverage=0.99)
     shown = [
         band["slider.x"],
         band[force],

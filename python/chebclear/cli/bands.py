@@ -26,7 +26,7 @@ EXIT_NOT_MET = 3
 # Which verdicts a requirement accepts.
 DEMANDS = {
     "resolved": ("resolved",),
-    "calibrated": ("resolved", "certified", "calibrated"),
+    "estimated": ("resolved", "certified", "estimated"),
 }
 
 
@@ -74,7 +74,12 @@ def finish(
             html.write(document, folder / "report.html", pictures=folder)
     require = getattr(options, "require", None) or ""
     accepted = DEMANDS.get(require, ())
-    poor = [row["output"] for row in table if accepted and row["verdict"] not in accepted]
+    asked = 0.0 if require != "estimated" or result.requirement is None else result.requirement.coverage
+    poor = [
+        name
+        for name, band in result.items()
+        if accepted and (band.verdict not in accepted or band.coverage < asked)
+    ]
     if options.json:
         print_json(
             {

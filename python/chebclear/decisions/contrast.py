@@ -25,8 +25,8 @@ from ..report.document import Document, Items, Picture, Section, Table
 from ..run.continuation import changes
 from ..run.report import version_fact, warnings_section
 from ..scene.scene import Interval
+from ..study.band.exact import binomial_cdf, exact_interval
 from ..study.conforming import extremes_of, watching_for
-from ..study.requirements.exact import binomial_cdf, exact_interval
 from ..study.requirements.specification import Specification, checked_specifications
 from ..study.runner import Runner
 from ..study.sources.asked import units_of

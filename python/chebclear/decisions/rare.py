@@ -16,10 +16,10 @@ from ..errors import ArgumentError, ArgumentTypeError
 from ..execution.failures import AllFailedError
 from ..notices import issue
 from ..scene.scene import Interval
+from ..study.band.exact import exact_interval
 from ..study.conforming import Watched, extremes_of, watching_for
 from ..study.polynomials.surrogate import Surrogate, time_blocks
 from ..study.requirements.draws import drawn
-from ..study.requirements.exact import exact_interval
 from ..study.requirements.specification import Specification, checked_specifications
 from ..study.results import StudyResult
 from ..study.runner import Runner

@@ -54,7 +54,7 @@ BOUNDS, NOMINAL, RUNS, ZONE = "#4477AA", "#AA3377", "0.55", "#228833"
 _HATCHES = {
     "resolved": None,
     "certified": None,
-    "calibrated": "....",
+    "estimated": "....",
     "sampled": "\\\\\\",
     "not resolved": "///",
     "undersampled": "xx",
@@ -91,7 +91,7 @@ def plot_band(
     """Draw a band: its area, its two bounds, and the nominal response.
 
     The legend has the verdict in words, and the area is filled accordingly: plain where the band is resolved
-    or certified, dotted where it is calibrated, hatched where it is an inner bound or not resolved, and
+    or certified, dotted where it is estimated, hatched where it is an inner bound or not resolved, and
     crossed where it is undersampled.
 
     Parameters
@@ -260,8 +260,8 @@ def verdict_words(band: Band) -> str:
         return "extremes of the runs (inner bound)"
     if band.verdict == "certified":
         return f"bounds, certified: {_percent(band.coverage)} expected inside"
-    if band.verdict in ("calibrated", "undersampled") and not math.isnan(band.coverage):
-        return f"bounds, {band.verdict}: {_percent(band.coverage)} of held-out samples inside"
+    if band.verdict in ("estimated", "undersampled") and not math.isnan(band.coverage):
+        return f"bounds, {band.verdict}: {_percent(band.coverage)} of a further run inside"
     return f"bounds, {band.verdict}"
 
 

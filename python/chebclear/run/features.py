@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from ..base.arguments import Checks
 from ..base.shown import meant_or_known
 from ..base.units import unit
-from ..scene.columns import column_unit
+from ..scene.columns import POSITIVE, SHARE, Limits, column_unit
 from ..scene.parts import has_contacts
 from ..scene.scene import Scene, revolution_time
 
@@ -20,15 +20,15 @@ KINDS = ("peak", "lowest", "peak_to_peak", "time_of_peak", "time_of_lowest", "me
 EXTREMA = ("peak", "time_of_peak", "lowest", "time_of_lowest")
 """Kinds of features that an `Extremum` needs."""
 
-# Units of the features that are not in the unit of an output.
-_UNITS = {
-    "time_of_peak": "s",
-    "time_of_lowest": "s",
-    "impacts": "-",
-    "contact_share": "-",
-    "impulse": "N s",
-    "wear": "N m",
-    "loss": "J",
+# Units and limits of the features that are not in the unit of an output.
+_OWN = {
+    "time_of_peak": ("s", POSITIVE),
+    "time_of_lowest": ("s", POSITIVE),
+    "impacts": ("-", POSITIVE),
+    "contact_share": ("-", SHARE),
+    "impulse": ("N s", POSITIVE),
+    "wear": ("N m", POSITIVE),
+    "loss": ("J", POSITIVE),
 }
 
 
@@ -63,11 +63,20 @@ class Feature:
     @property
     def unit(self) -> str:
         """SI unit of the number; empty for an output whose unit is not known."""
-        return _UNITS.get(self.kind) or column_unit(self.of)
+        return self.unit_with(column_unit(self.of))
 
     def unit_with(self, output_unit: str) -> str:
         """Unit of the number, given that of the output."""
-        return _UNITS.get(self.kind, output_unit)
+        return _OWN[self.kind][0] if self.kind in _OWN else output_unit
+
+    def limits_with(self, output: Limits) -> Limits:
+        """Limits of the number, given those of the output, in their units."""
+        if self.kind in _OWN:
+            return _OWN[self.kind][1]
+        lower, upper = output
+        if self.kind == "peak_to_peak":
+            return 0.0, upper - lower
+        return (0.0, max(-lower, upper)) if self.kind == "rms" else output
 
     def __str__(self) -> str:
         return f"{self.kind.replace('_', ' ')} of {self.of}"

@@ -4,64 +4,82 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
-# SI unit of a column, its meaning in words and the word before the name of its owner, by the last part of the
-# name.
+Limits = tuple[float, float]
+"""Lower and upper limit of a quantity, whatever the mechanism; infinite where there is none."""
+
+FREE: Limits = (-math.inf, math.inf)
+POSITIVE: Limits = (0.0, math.inf)
+SHARE: Limits = (0.0, 1.0)
+
+
+class _Column(NamedTuple):
+    unit: str
+    """SI unit."""
+    words: str
+    """Meaning in words."""
+    joined: str
+    """The word before the name of its owner."""
+    limits: Limits = FREE
+
+
+# Columns by the last part of the name, which is never part of a name given by the user.
 _COLUMNS = {
-    "x": ("m", "x position", "of"),
-    "y": ("m", "y position", "of"),
-    "angle": ("rad", "angle", "of"),
-    "vx": ("m/s", "x velocity", "of"),
-    "vy": ("m/s", "y velocity", "of"),
-    "angular_velocity": ("rad/s", "angular velocity", "of"),
-    "ax": ("m/s²", "x acceleration", "of"),
-    "ay": ("m/s²", "y acceleration", "of"),
-    "angular_acceleration": ("rad/s²", "angular acceleration", "of"),
-    "eccentricity_x": ("m", "x eccentricity", "in"),
-    "eccentricity_y": ("m", "y eccentricity", "in"),
-    "eccentricity": ("m", "eccentricity", "in"),
-    "penetration": ("m", "penetration", "in"),
-    "penetration_rate": ("m/s", "penetration rate", "in"),
-    "sliding_velocity": ("m/s", "sliding velocity", "in"),
-    "normal_force": ("N", "normal force", "in"),
-    "friction_force": ("N", "friction force", "in"),
-    "contact": ("-", "contact", "in"),
-    "friction_torque": ("N m", "friction torque", "in"),
-    "friction_power": ("W", "friction power", "in"),
-    "sticking": ("-", "sticking", "in"),
-    "point_x": ("m", "x position of the contact", "in"),
-    "point_y": ("m", "y position of the contact", "in"),
-    "torque": ("N m", "torque", "of"),
-    "force": ("N", "force", "of"),
-    "driver_torque": ("N m", "torque on the driver", "of"),
-    "driver_force": ("N", "force on the driver", "of"),
-    "tooth_force": ("N", "tooth force", "of"),
-    "tooth_force_x": ("N", "x tooth force", "of"),
-    "tooth_force_y": ("N", "y tooth force", "of"),
-    "transmission_error": ("m", "transmission error", "of"),
-    "power": ("W", "power", "of"),
-    "reaction_x": ("N", "x reaction", "in"),
-    "reaction_y": ("N", "y reaction", "in"),
-    "reaction_torque": ("N m", "reaction torque", "in"),
-    "displacement": ("m", "displacement", "in"),
-    "velocity": ("m/s", "velocity", "in"),
-    "acceleration": ("m/s²", "acceleration", "in"),
-    "offset": ("m", "offset", "in"),
-    "tilt": ("rad", "tilt", "in"),
-    "deflection": ("m", "deflection", "of"),
-    "force_x": ("N", "x force", "of"),
-    "force_y": ("N", "y force", "of"),
-    "eccentricity_ratio": ("-", "eccentricity ratio", "in"),
-    "film_force_x": ("N", "x film force", "in"),
-    "film_force_y": ("N", "y film force", "in"),
-    "film_torque": ("N m", "film torque", "in"),
-    "film_thickness": ("m", "film thickness", "in"),
-    "film_loss": ("W", "film loss", "in"),
-    "length": ("m", "length", "of"),
-    "lengthening": ("m/s", "lengthening rate", "of"),
-    "impact_loss": ("J", "impact loss", "in"),
-    "friction_loss": ("J", "friction loss", "in"),
-    "wear": ("N m", "wear integral", "of"),
+    "x": _Column("m", "x position", "of"),
+    "y": _Column("m", "y position", "of"),
+    "angle": _Column("rad", "angle", "of"),
+    "vx": _Column("m/s", "x velocity", "of"),
+    "vy": _Column("m/s", "y velocity", "of"),
+    "angular_velocity": _Column("rad/s", "angular velocity", "of"),
+    "ax": _Column("m/s²", "x acceleration", "of"),
+    "ay": _Column("m/s²", "y acceleration", "of"),
+    "angular_acceleration": _Column("rad/s²", "angular acceleration", "of"),
+    "eccentricity_x": _Column("m", "x eccentricity", "in"),
+    "eccentricity_y": _Column("m", "y eccentricity", "in"),
+    "eccentricity": _Column("m", "eccentricity", "in", POSITIVE),
+    "penetration": _Column("m", "penetration", "in"),
+    "penetration_rate": _Column("m/s", "penetration rate", "in"),
+    "sliding_velocity": _Column("m/s", "sliding velocity", "in"),
+    "normal_force": _Column("N", "normal force", "in", POSITIVE),
+    "friction_force": _Column("N", "friction force", "in"),
+    "contact": _Column("-", "contact", "in", SHARE),
+    "friction_torque": _Column("N m", "friction torque", "in"),
+    "friction_power": _Column("W", "friction power", "in"),
+    "sticking": _Column("-", "sticking", "in", SHARE),
+    "point_x": _Column("m", "x position of the contact", "in"),
+    "point_y": _Column("m", "y position of the contact", "in"),
+    "torque": _Column("N m", "torque", "of"),
+    "force": _Column("N", "force", "of"),
+    "driver_torque": _Column("N m", "torque on the driver", "of"),
+    "driver_force": _Column("N", "force on the driver", "of"),
+    "tooth_force": _Column("N", "tooth force", "of"),
+    "tooth_force_x": _Column("N", "x tooth force", "of"),
+    "tooth_force_y": _Column("N", "y tooth force", "of"),
+    "transmission_error": _Column("m", "transmission error", "of"),
+    "power": _Column("W", "power", "of"),
+    "reaction_x": _Column("N", "x reaction", "in"),
+    "reaction_y": _Column("N", "y reaction", "in"),
+    "reaction_torque": _Column("N m", "reaction torque", "in"),
+    "displacement": _Column("m", "displacement", "in"),
+    "velocity": _Column("m/s", "velocity", "in"),
+    "acceleration": _Column("m/s²", "acceleration", "in"),
+    "offset": _Column("m", "offset", "in"),
+    "tilt": _Column("rad", "tilt", "in"),
+    "deflection": _Column("m", "deflection", "of"),
+    "force_x": _Column("N", "x force", "of"),
+    "force_y": _Column("N", "y force", "of"),
+    "eccentricity_ratio": _Column("-", "eccentricity ratio", "in", POSITIVE),
+    "film_force_x": _Column("N", "x film force", "in"),
+    "film_force_y": _Column("N", "y film force", "in"),
+    "film_torque": _Column("N m", "film torque", "in"),
+    "film_thickness": _Column("m", "film thickness", "in"),
+    "film_loss": _Column("W", "film loss", "in"),
+    "length": _Column("m", "length", "of", POSITIVE),
+    "lengthening": _Column("m/s", "lengthening rate", "of"),
+    "impact_loss": _Column("J", "impact loss", "in", POSITIVE),
+    "friction_loss": _Column("J", "friction loss", "in", POSITIVE),
+    "wear": _Column("N m", "wear integral", "of", POSITIVE),
 }
 
 
@@ -73,18 +91,11 @@ def column_unit(name: str) -> str:
     """
     if name.startswith("energy."):  # the only owner of that name
         return "J"
-    return _COLUMNS.get(_quantity_and_sector(name.rpartition(".")[2])[0], ("",))[0]
+    known = _COLUMNS.get(_quantity_and_sector(name.rpartition(".")[2])[0])
+    return "" if known is None else known.unit
 
 
-# Limits by the last part of the name of an output, which is never part of a name given by the user, and of
-# outputs of the whole mechanism; "energy" cannot be the name of a part.
-_POSITIVE = ("normal_force", "eccentricity", "impact_loss", "friction_loss", "damping_loss", "wear", "length")
-_POSITIVE_ENERGIES = ("energy.kinetic", "energy.contact")
-
-
-def physical_limits(
-    outputs: Sequence[str], clearances: Mapping[str, float]
-) -> dict[str, tuple[float, float]]:
+def physical_limits(outputs: Sequence[str], clearances: Mapping[str, float]) -> dict[str, Limits]:
     """Lower and upper limit of each output by its name, in its unit; infinite where there is none.
 
     The clearance of a joint [m] is the distance to contact of a concentric journal: no penetration is below
@@ -93,14 +104,13 @@ def physical_limits(
     limits = {}
     for output in outputs:
         owner, _, quantity = output.rpartition(".")
-        lower, upper = -math.inf, math.inf
-        if quantity == "penetration":
-            lower = -clearances.get(owner, math.inf)
-        elif quantity == "contact" and owner != "energy":
-            lower, upper = 0.0, 1.0
-        elif quantity in _POSITIVE or output in _POSITIVE_ENERGIES:
-            lower = 0.0
-        limits[output] = lower, upper
+        if owner == "energy":
+            _, limits[output] = _ENERGIES.get(quantity, ("", FREE))
+        elif quantity == "penetration":
+            limits[output] = -clearances.get(owner, math.inf), math.inf
+        else:
+            known = _COLUMNS.get(_quantity_and_sector(quantity)[0])
+            limits[output] = FREE if known is None else known.limits
     return limits
 
 
@@ -111,15 +121,15 @@ def _quantity_and_sector(quantity: str) -> tuple[str, str]:
 
 
 _ENERGIES = {
-    "kinetic": "kinetic energy",
-    "potential": "potential energy",
-    "contact": "elastic energy of contacts",
-    "total": "total energy",
-    "input": "energy put in",
-    "impact_loss": "energy lost in impacts",
-    "friction_loss": "energy lost in friction",
-    "damping_loss": "energy lost in dampers",
-    "balance": "error of the energy balance",
+    "kinetic": ("kinetic energy", POSITIVE),
+    "potential": ("potential energy", FREE),
+    "contact": ("elastic energy of contacts", POSITIVE),
+    "total": ("total energy", FREE),
+    "input": ("energy put in", FREE),
+    "impact_loss": ("energy lost in impacts", POSITIVE),
+    "friction_loss": ("energy lost in friction", POSITIVE),
+    "damping_loss": ("energy lost in dampers", POSITIVE),
+    "balance": ("error of the energy balance", FREE),
 }
 
 
@@ -145,11 +155,12 @@ def _words(name: str) -> tuple[str, str]:
     """The meaning of a column in words, with its owner and without."""
     owner, _, quantity = name.rpartition(".")
     if owner == "energy" and quantity in _ENERGIES:
-        return _ENERGIES[quantity], _ENERGIES[quantity]
+        words, _ = _ENERGIES[quantity]
+        return words, words
     quantity, sector = _quantity_and_sector(quantity)
     if not owner or quantity not in _COLUMNS:
         return plain_words(name), plain_words(name)
-    _, what, joined = _COLUMNS[quantity]
+    what, joined = _COLUMNS[quantity].words, _COLUMNS[quantity].joined
     where = f", sector {sector}" if sector else ""
     return f"{what} {joined} {plain_words(owner)}{where}", f"{what}{where}"
 

@@ -26,12 +26,12 @@ from ..scene.columns import column_unit
 from ..scene.distributions import Uniform
 from . import answers
 from .answers import lasting, result_of
+from .band.exact import looks
 from .band.gridded import Grid
 from .by_angle import LEAST_STEPS, crank_of, drives_of
 from .features.effects import CONFIDENCE
 from .requirements.conformance import Conformance, Share, share_of
 from .requirements.draws import check_drawn, drawn, places
-from .requirements.exact import looks
 from .requirements.specification import ALL, Specification, checked_specifications
 from .results import StudyResult
 from .runner import Design, Runner

@@ -144,7 +144,7 @@ def test_every_kind_of_study(words, make, capsys):
 def test_a_demand_that_is_not_met_exits_with_3(capsys):
     words = ["study", CRANK, *BRIEF, "--kind", "sample", "--runs", "2", "--outputs", "slider.x"]
     assert answer(capsys, *words)[1] == 0
-    values, code = answer(capsys, *words, "--require", "calibrated")
+    values, code = answer(capsys, *words, "--require", "estimated")
     assert (values["not_met"], code) == (["slider.x"], 3)
     met = ["study", CRANK, *BRIEF, "--runs", "9", "--outputs", "slider.x", "--require", "resolved"]
     assert answer(capsys, *met)[1] == 0

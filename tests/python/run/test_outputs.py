@@ -8,6 +8,7 @@ import os
 import chebclear as cc
 import numpy as np
 import pytest
+from chebclear.scene.columns import physical_limits
 from refusals import refused, refuses
 
 pytestmark = pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
@@ -157,3 +158,25 @@ def test_patterns_know_upper_and_lower_case_on_every_system(monkeypatch):
         windows.setattr(os, "path", ntpath)  # where fnmatch asks for the customs of the system
         run = cc.simulate(scene, duration=0.1, samples=2, outputs=["Arm.*"])
     assert {name.partition(".")[0] for name in run.columns} == {"Arm"}
+
+
+def test_limits_of_outputs_and_features_stand_beside_their_units():
+    free, positive, share = (-math.inf, math.inf), (0.0, math.inf), (0.0, 1.0)
+    expected = {
+        "pin.sticking": share,
+        "pin.contact": share,
+        "pin.wear_3": positive,
+        "pin.eccentricity_ratio": positive,
+        "pin.eccentricity_x": free,
+        "pin.penetration": (-2e-5, math.inf),
+        "energy.kinetic": positive,
+        "energy.balance": free,
+        "energy.contact": positive,
+        "slider.vx": free,
+    }
+    assert physical_limits(tuple(expected), {"pin": 2e-5}) == expected
+    assert cc.features.peak_to_peak("pin.contact").limits_with(share) == share
+    assert cc.features.rms("slider.vx").limits_with(free) == positive
+    assert cc.features.contact_share("pin").limits_with(free) == share
+    assert cc.features.impacts("pin").limits_with(free) == positive
+    assert cc.features.lowest("pin.penetration").limits_with((-2e-5, math.inf)) == (-2e-5, math.inf)

@@ -25,7 +25,7 @@ def test_too_few_runs_say_which_statement_falls():
     with pytest.warns(cc.ChebclearWarning):
         few = study.band(3)
     assert few["x"].verdict == "undersampled"
-    assert [one.numbers["needed"] for one in few.notices if one.code == "undersampled"] == [12]
+    assert [one.numbers["needed"] > 100 for one in few.notices if one.code == "undersampled"] == [True]
     assert len(study.band(max_runs=10).parameters) == 10
     for ask in (
         lambda: study.band(2),
@@ -80,8 +80,8 @@ def test_outputs_that_do_not_change_have_no_width_and_no_effects(ask):
     reach = result.features["top"].interval
     assert (reach.lower, reach.upper) == (0.1, 0.1)
     ranking = result.ranking("top")
-    assert ranking.scatter.upper == 0.0 and all(row.share.upper == 0.0 for row in ranking)
-    assert ranking.advice() == ("top is the same in every run",)
+    assert np.isnan(ranking.scatter.upper) and all(str(row.share) == "unknown" for row in ranking)
+    assert ranking.advice() == ("top is the same in every run: what would change it is unknown",)
 
 
 @pytest.mark.parametrize("ask", ["band", "chebyshev", "scan"])

@@ -66,7 +66,9 @@ def test_a_smooth_response_is_resolved(planet):
     assert np.all(band.lower <= lowest + 1e-9) and np.all(band.upper >= highest - 1e-9)
     assert np.all(band.width - (highest - lowest) < 0.03 * scale)
     np.testing.assert_allclose(band.nominal, height(t, 9.5, 0.75), atol=1e-8)
-    assert band.coverage == 1.0 and band.whole_run == pytest.approx(20 / 22)
+    # One further run may be outside, for all of its time.
+    assert band.coverage == pytest.approx(21 / 22) and band.whole_run == pytest.approx(20 / 22)
+    assert band.margin.checks == 5 and band.margin.check_error < 0.05
     slope = band.sensitivity("gravity")
     np.testing.assert_allclose(slope, -0.5 * np.sin(0.75) ** 2 * t**2, atol=2e-3)
     assert band.worst("lower")["gravity"][-1] == 11.0
@@ -91,11 +93,11 @@ def test_ranges_take_the_threads_they_are_given(planet, monkeypatch):
         band.worst("upper", threads=0)
 
 
-def test_impacts_are_calibrated_and_say_so(wrist):
+def test_impacts_have_an_estimate_and_say_so(wrist):
     assert wrist["slider.x"].verdict == "resolved"
     force = wrist["wrist.normal_force"]
-    assert force.verdict == "calibrated" and force.margin.method == "envelope"
-    assert force.coverage >= 0.999 and 0.85 < force.whole_run < 1.0
+    assert force.verdict == "undersampled" and force.margin.method == "envelope"
+    assert 0.99 < force.coverage < 0.999 and 0.85 < force.whole_run < 1.0
     assert force.margin.window > 0.0 and force.margin.degree is None and math.isnan(force.margin.error)
     assert np.all(force.lower <= force.hull[0]) and np.all(force.upper >= force.hull[1])
     for use in (lambda: force.sensitivity("rod_length"), lambda: force.evaluate(**{})):
@@ -281,8 +283,9 @@ def test_runs_that_differ_by_offsets_are_single_observations():
         result = cc.Study(offset, box).band(runs)
         band = result["x"]
         assert band.verdict == "undersampled" and band.margin.persistence > 0.99
-        assert [one.numbers["needed"] for one in result.notices if one.code == "undersampled"] == [999]
-    assert cc.Study(offset, box).band(21, coverage=0.95)["x"].verdict == "calibrated"
+        (needed,) = (one.numbers["needed"] for one in result.notices if one.code == "undersampled")
+        assert needed >= 999
+    assert cc.Study(offset, box).band(41, coverage=0.95)["x"].verdict == "certified"
     assert cc.Study(noise, box).band(81)["x"].margin.persistence < 0.1
 
 
@@ -306,11 +309,11 @@ def test_runs_that_differ_by_offsets_or_factors_beside_what_parameters_do_are_si
     for seed in range(4):
         band = cc.Study(model, box).band(41, rng=seed)["x"]
         assert band.verdict == "undersampled" and band.margin.persistence > 0.8
-    assert cc.Study(model, box).band(30, coverage=0.95)["x"].verdict == "calibrated"
+    assert cc.Study(model, box).band(81, coverage=0.95)["x"].verdict == "certified"
 
 
 @pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
-def test_a_resolved_band_keeps_the_coverage_that_is_asked_for():
+def test_a_resolved_band_keeps_the_coverage_that_it_states():
     # The polynomial follows the large part, and its error is small in the mean over time.
     def model(a, b):
         t = np.linspace(0.0, 1.0, 101)
@@ -318,9 +321,13 @@ def test_a_resolved_band_keeps_the_coverage_that_is_asked_for():
         return {"t": t, "x": np.where(t < 0.5, 200.0 * a, level)}
 
     study = cc.Study(model, {"a": cc.Interval(0.0, 1.0), "b": cc.Interval(0.0, 1.0)})
+    fresh = np.random.default_rng(1).standard_normal((4000, 1))
+    stated, kept = [], []
     for seed in range(6):
         band = study.band(41, rng=seed)["x"]
-        assert band.coverage >= 0.999 or band.verdict == "undersampled"
+        stated.append(band.coverage)
+        kept.append(1.0 - 0.5 * np.mean((fresh < band.lower[60:]) | (fresh > band.upper[60:])))
+    assert np.mean(stated) <= np.mean(kept)
 
 
 def test_generators_and_none_draw_a_seed_that_is_kept():

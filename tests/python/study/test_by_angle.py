@@ -30,7 +30,7 @@ def wrist_study(**options):
 def wrist():
     with warnings.catch_warnings():
         warnings.simplefilter("error", cc.ChebclearWarning)
-        return wrist_study().band(15, revolutions=5)
+        return wrist_study().band(15, revolutions=5, coverage=0.99)
 
 
 @pytest.mark.parametrize("speed", [40.0, -70.0])
@@ -50,7 +50,7 @@ def test_without_clearance_the_band_is_that_of_the_closed_form(speed, start):
     cranks, rods = np.linspace(0.045, 0.055, 201), np.linspace(0.108, 0.132, 3)
     values = np.array([position(crank, rod) for crank in cranks for rod in rods])
     lowest, highest = values.min(axis=0), values.max(axis=0)
-    assert band.verdict == "resolved" and band.coverage == 1.0
+    assert band.verdict == "resolved" and band.coverage == 0.9
     # Nine runs fit a polynomial of degree 2, which is off by 0.05 % of the width.
     width = np.mean(highest - lowest)
     np.testing.assert_allclose(band.lower, lowest, rtol=0.0, atol=5e-3 * width)
@@ -140,7 +140,7 @@ def test_a_band_by_the_measured_angle_holds_what_does_not_depend_on_the_speed():
 
 def test_fresh_revolutions_keep_the_band(wrist):
     force = wrist["wrist.normal_force"]
-    assert force.verdict == "calibrated" and force.coverage >= 0.999 and force.lower.min() >= 0.0
+    assert force.verdict == "estimated" and force.coverage >= 0.99 and force.lower.min() >= 0.0
     assert force.runs.shape == (16 * 4, 73) and force.parameters.shape == (16 * 4, 2)
     assert wrist.values("slider.x").shape == (15, 4, 73) and wrist.parameters.shape == (15, 2)
     period = 0.03
@@ -148,8 +148,8 @@ def test_fresh_revolutions_keep_the_band(wrist):
     values = fresh.values("wrist.normal_force")
     rows = np.stack([values[:, 72 * turn : 72 * turn + 73] for turn in range(4)])
     inside = (rows >= force.lower) & (rows <= force.upper)
-    # 40 runs determine 99.9 % to some tenths of a per cent; the extremes of the 60 revolutions hold 97 %.
-    assert inside.mean() > 0.995
+    # The extremes of the 60 revolutions hold 97 %.
+    assert inside.mean() > 0.985
 
 
 def test_revolutions_are_those_of_one_long_run(wrist):
@@ -163,7 +163,7 @@ def test_revolutions_are_those_of_one_long_run(wrist):
 
 
 def test_results_by_angle_are_extended_and_included(wrist):
-    assert same(wrist_study(threads=1).band(9, revolutions=5).extend(6).bands, wrist.bands)
+    assert same(wrist_study(threads=1).band(9, revolutions=5, coverage=0.99).extend(6).bands, wrist.bands)
     more = wrist_study().band(4, revolutions=5, rng=3, include=wrist)
     assert more.parameters.shape == (19, 2) and more.requirement.runs == 4
 

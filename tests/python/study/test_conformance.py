@@ -10,7 +10,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear.execution import dispatch
-from chebclear.study.requirements.exact import binomial_cdf, exact_interval, looks
+from chebclear.study.band.exact import binomial_cdf, exact_interval, looks
 from refusals import refuses
 
 

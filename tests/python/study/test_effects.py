@@ -5,6 +5,7 @@ import math
 import chebclear as cc
 import numpy as np
 import pytest
+from chebclear.scene.columns import FREE
 from chebclear.study.band.requirement import tolerated_share
 from chebclear.study.features.effects import find_effects, fits_of, model_of
 from chebclear.study.features.narrowing import find_narrowing
@@ -237,11 +238,11 @@ def test_monotone_only_where_certain():
     assert find_effects(["a", "b", "c"], model_of(points, noisy[:, None])).monotone == {}
 
 
-def interval_of(points, values, nominal):
+def interval_of(points, values, nominal, limits=FREE, failed=0):
     """The interval of a feature whose nominal run is at the midpoint."""
     points = np.vstack([points, np.zeros(points.shape[1])])
     values = np.vstack([values, [[nominal]]])[:, :, None]
-    (found,) = find_intervals(points, values, True, True, fits_of(points))
+    (found,) = find_intervals(points, values, [limits], True, True, fits_of(points), failed)
     return found
 
 
@@ -274,7 +275,7 @@ class TestInterval:
         assert found.verdict == "resolved"
         assert found.upper == pytest.approx(2.0 + 1.0 + 0.8 + 0.5, rel=1e-9)
         assert found.lower == pytest.approx(-2.0 - 1.0 + 0.8, rel=1e-9)
-        assert found.coverage == 1.0
+        assert found.coverage == 41 / 42  # one further run may be outside
 
     @pytest.mark.parametrize("parameters", [2, 4])
     def test_an_extremum_inside_of_the_box_is_found(self, parameters):
@@ -283,6 +284,21 @@ class TestInterval:
         values = -np.sum((points - place) ** 2, axis=1)[:, None]
         found = interval_of(points, values, -np.sum(place**2))
         assert found.verdict == "resolved" and found.upper == pytest.approx(0.0, abs=1e-8)
+
+    def test_a_limit_of_the_feature_is_one_of_its_interval(self):
+        points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 2))
+        values = (np.sum(points**2, axis=1) + 0.01 * points[:, 0] ** 3)[:, None]
+        free, limited = (interval_of(points, values, 0.0, limits) for limits in (FREE, (0.0, 1.99)))
+        assert free.verdict == "resolved" and free.lower < 0.0 and free.upper > 1.99
+        assert (limited.lower, limited.upper) == (0.0, 1.99)
+
+    def test_runs_that_failed_count_as_outside(self):
+        stats = pytest.importorskip("scipy.stats")
+        points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 2))
+        found = interval_of(points, points[:, :1], 0.0, failed=3)
+        assert found.coverage == 41 / 45 and found.whole_run == 40 / 45
+        assert found.tolerated == pytest.approx(stats.beta.ppf(0.05, 40, 5), rel=1e-9)
+        assert tolerated_share(41, ends=1) == pytest.approx(0.05 ** (1.0 / 41.0), rel=1e-9)
 
     def test_a_kink_is_not_resolved(self):
         points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 2))
@@ -296,7 +312,7 @@ class TestInterval:
     def test_a_constant_feature(self):
         points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 2))
         found = interval_of(points, np.full((41, 1), 7.0), 7.0)
-        assert (found.lower, found.upper, found.coverage) == (7.0, 7.0, 1.0)
+        assert (found.lower, found.upper, found.coverage) == (7.0, 7.0, 41 / 42)
         effects = find_effects(["a", "b"], model_of(points, np.full((41, 1), 7.0)))
         assert effects.deviation == pytest.approx(0.0, abs=1e-12)
 

@@ -2,6 +2,7 @@
 
 import math
 
+import chebclear as cc
 import numpy as np
 import pytest
 from chebclear import _core
@@ -70,3 +71,80 @@ def test_a_parameter_without_effect_is_not_said_to_narrow():
 def test_scatter_of_a_function_without_any_may_be_none():
     points = _core.sobol_points(4, 0, 81, 0)
     assert find_effects(list("abcd"), model_of(points, ishigami(points)[:, None])).scatter.lower == 0.0
+
+
+def test_the_share_of_parameters_together_is_not_what_many_terms_take_of_what_is_missed():
+    # Sobol's G function: 210 terms at 321 points made the interval too high in 9 of 20 sets.
+    weights = np.arange(6.0)
+    alone = 1.0 / (3.0 * (1.0 + weights) ** 2)
+    together = 1.0 - alone.sum() / (np.prod(1.0 + alone) - 1.0)
+    held = []
+    for seed in range(12):
+        points = np.random.default_rng(seed).uniform(-1.0, 1.0, (321, 6))
+        values = np.prod((np.abs(2.0 * points) + weights) / (1.0 + weights), axis=1)
+        found = find_effects(list("abcdef"), model_of(points, values[:, None])).interactions
+        held.append(found.lower <= together <= found.upper)
+    assert sum(held) >= 11
+
+
+def test_effects_do_not_depend_on_the_order_of_the_parameters():
+    points = np.random.default_rng(3).uniform(-1.0, 1.0, (81, 3))
+    scatter = np.random.default_rng(4).normal(size=81)
+    values = (np.exp(points[:, 0] + 0.3 * points[:, 1] * points[:, 2]) + 0.3 * scatter)[:, None]
+    found = []
+    for order in ([0, 1, 2], [2, 1, 0], [1, 2, 0]):
+        names, model = [("abc")[axis] for axis in order], model_of(points[:, order], values)
+        narrowing, effects = find_narrowing(names, model), find_effects(names, model)
+        found.append([[*narrowing[name], *effects.main[name]] for name in "abc"])
+    np.testing.assert_allclose(found[1:], found[:1] * 2, rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+def test_bands_of_few_runs_state_no_more_than_they_keep():
+    t = np.linspace(0.0, 1.0, 51)
+    box = {name: cc.Interval(-1.0, 1.0) for name in "ab"}
+    fresh = np.random.default_rng(5)
+    level, place = fresh.standard_normal((2000, 1)), fresh.uniform(-1.0, 1.0, (2000, 2))
+
+    def drawn(a, b):
+        return np.random.default_rng([int((a + 1.0) * 2**40), int((b + 1.0) * 2**40)])
+
+    def amplitude(a, b):
+        return np.exp(drawn(a, b).standard_normal()) * np.sin(2.0 * np.pi * t + 0.3 * a)
+
+    def step(a, b):
+        return np.full(51, float(a > 0.96))
+
+    def walk(a, b):
+        return np.cumsum(drawn(a, b).normal(size=51))
+
+    further = {
+        amplitude: np.exp(level) * np.sin(2.0 * np.pi * t + 0.3 * place[:, :1]),
+        step: (place[:, :1] > 0.96) * np.ones(51),
+        walk: np.cumsum(fresh.normal(size=(2000, 51)), axis=1),
+    }
+    for model, values in further.items():
+        stated, kept = [], []
+        for seed in range(10):
+            band = cc.Study(lambda a, b, y=model: {"t": t, "y": y(a, b)}, box).band(41, rng=seed)["y"]
+            inside = (values >= band.lower - 1e-12) & (values <= band.upper + 1e-12)
+            assert np.mean(inside) >= band.tolerated
+            stated.append(band.coverage)
+            kept.append(np.mean(inside))
+        # Held-out runs alone said 100 %; of the step 98 % were kept where no run had it.
+        assert 0.97 < np.mean(stated) <= np.mean(kept)
+
+
+@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
+def test_twelve_runs_resolve_no_response_to_eight_parameters():
+    t = np.linspace(0.0, 1.0, 21)
+    box = {name: cc.Interval(-1.0, 1.0) for name in "abcdefgh"}
+
+    def model(**p):
+        return {"t": t, "y": (sum(p.values()) + 0.1 * p["a"] * p["b"]) * (1.0 + t)}
+
+    for seed in range(6):
+        band = cc.Study(model, box).band(12, rng=seed)["y"]
+        # A polynomial of degree 1 has nine terms, and leave-one-out errors of 5 % at most in 10 sets of 12.
+        assert band.verdict == "undersampled" and band.coverage < 12 / 13 + 1e-9
+        assert band.surrogate is None or band.margin.checks == 3

@@ -36,8 +36,8 @@ def test_a_line_an_output_and_what_to_do_next(study):
     assert head.startswith("band: 2 parameters, 41 runs and the nominal one, ")
     assert (first, second) == ("  a: 0.9 to 1.1", "  b: 1.8 to 2.2")
     # Width 0.2 t + 0.4 at t = 1.
-    assert row(text, "x")[1:5] == ["0.6", "resolved", "100", "%"]
-    assert row(text, "noise")[2] in ("calibrated", "undersampled")
+    assert row(text, "x")[1:5] == ["0.6", "resolved", "97.61", "%"]
+    assert row(text, "noise")[2] in ("estimated", "undersampled")
     assert "top: 0.9 to 1.1 (resolved)" in text
     assert "next: 41 more runs would narrow noise" in text
     assert "next: a check simulates the predicted worst cases of x" in text

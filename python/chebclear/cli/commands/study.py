@@ -157,7 +157,8 @@ COMMANDS = {
             Option(
                 "--require",
                 list(DEMANDS),
-                "exit with 3 if the verdict on an output is worse; calibrated accepts resolved and certified",
+                "exit with 3 if the verdict on an output is worse; estimated accepts certified, and "
+                "resolved where the runs show the coverage",
             ),
             Option(
                 "--measured",

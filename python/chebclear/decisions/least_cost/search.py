@@ -18,11 +18,11 @@ from ...errors import ArgumentError
 from ...notices import Notice
 from ...scene.distributions import Distribution, Normal, Uniform
 from ...scene.scene import Interval
+from ...study.band.exact import binomial_cdf, exact_interval
 from ...study.conforming import Watched, extremes_of, placed, shares_at, watching_for
 from ...study.polynomials.points import uniform_points
 from ...study.requirements.conformance import Conformance
 from ...study.requirements.draws import MOST_INTERVALS, drawn, places
-from ...study.requirements.exact import binomial_cdf, exact_interval
 from ...study.requirements.specification import Specification, checked_specifications
 from ...study.runner import Runner
 from ...study.sources.finished import FinishedRuns

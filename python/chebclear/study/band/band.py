@@ -69,16 +69,23 @@ class Band(records.ArrayRecord):
     surrogate : Surrogate | None
         The polynomial behind the bounds; None without one.
     verdict : Verdict
-        ``"resolved"``: a polynomial follows the response, so that its sensitivities and worst cases are
-        those of the response. ``"not resolved"``: it does not, or that is unknown. ``"calibrated"``: the band
-        has the coverage below, but derivatives with respect to the parameters are not available at this
-        number of runs. ``"certified"``: its mean coverage is proved. ``"undersampled"``: the required
-        coverage was not reached. ``"sampled"``: the extremes of the runs, an inner bound.
+        ``"resolved"``: a polynomial follows the runs that it was not fitted to, so that its sensitivities and
+        worst cases are those of the response as far as so many runs tell. ``"not resolved"``: it does not, or
+        that is unknown. ``"estimated"``: runs that were left out show the coverage that was asked for; there
+        are no derivatives with respect to the parameters. ``"certified"``: its mean coverage is proved.
+        ``"undersampled"``: there are too few runs to show the coverage that was asked for, or none in a part
+        of the box. ``"sampled"``: the extremes of the runs, an inner bound.
     margin : Margin
         Method and margin of the band.
     coverage : float
-        Share of the samples of a run that are in the band made without it, mean over the runs [-]; of a
-        certified band at least what is proved; NaN if it was not measured.
+        Share of the samples of a further run that the runs show to be in the band, on average [-]: proved for
+        a certified band, else an estimate from runs that were left out, which counts a further run as outside
+        for as long as these were, or for all of its time where a polynomial follows all of them; NaN if it
+        was not measured.
+    tolerated : float
+        Share of all mechanisms that are in the band at any one instant, at least, with 95 % confidence, by
+        the number of independent runs alone (Wilks 1941) [-]; NaN for runs on a grid and tables of runs at
+        points that someone chose.
     whole_run : float
         Estimated probability that a further run at random parameters is entirely in the band, counted on
         held-out runs [-]; NaN if it is unknown. The runs also chose how far the band is widened, so this is
@@ -105,6 +112,7 @@ class Band(records.ArrayRecord):
     verdict: Verdict
     margin: Margin
     coverage: float = math.nan
+    tolerated: float = math.nan
     whole_run: float = math.nan
     angle: Array | None = field(default=None, metadata=unit("rad"))
     unit: str = ""

@@ -15,7 +15,7 @@ from ..polynomials.points import SAME_POINT, on_cube
 from ..polynomials.surrogate import Surrogate, chebyshev_grid, time_blocks
 
 Method = Literal["polynomial", "envelope", "runs"]
-Verdict = Literal["resolved", "not resolved", "calibrated", "certified", "undersampled", "sampled"]
+Verdict = Literal["resolved", "not resolved", "estimated", "certified", "undersampled", "sampled"]
 
 # Largest error of a polynomial whose band is "resolved", over the width of the hull of the runs. Of 150
 # features (five functions, 12 to 161 runs) 53 are resolved, 14 of which go beyond the range stated, near a
@@ -50,6 +50,11 @@ class Margin:
         Half-length of the window of the running extremes [s]; the mean if several were averaged.
     inflation : float
         Widening of the band to either side, in local spreads of the runs [-].
+    checks : int
+        Runs that were left out together, and the polynomial made of the others by the same rule [-].
+    check_error : float
+        Its largest error at these, over the width of the hull of the others, both averaged over time [-];
+        infinite if no polynomial follows the others, NaN if there was no check.
     persistence : float
         Clustering of exceedances, the larger of two shares [-]: of the samples for which a held-out run that
         leaves the band of the others, before that is widened, stays outside; and of those for which a run
@@ -61,6 +66,8 @@ class Margin:
     error: float = math.nan
     window: float = field(default=0.0, metadata=unit("s"))
     inflation: float = 0.0
+    checks: int = 0
+    check_error: float = math.nan
     persistence: float = 0.0
 
 
@@ -108,8 +115,8 @@ def doubt_of(name: str, verdict: Verdict, what: str, t: Array, off: Array | None
     at all; empty if it is."""
     if off is None and verdict == "undersampled":
         return (
-            f"{name} is undersampled: runs failed, and {what} of its polynomial may be where the response is "
-            "not known or does not exist"
+            f"{name} is undersampled: runs failed, or a polynomial of three quarters of them does not follow "
+            f"the others, so that {what} of it may be where the response is not known"
         )
     if off is None:
         return (

@@ -14,7 +14,7 @@ from ..polynomials.holes import HoleFit
 from ..polynomials.points import on_cube, unfilled
 from .band import Band
 from .margin import RESOLVED, percent
-from .requirement import Requirement, exact_runs, lasting_runs, needed_runs
+from .requirement import Requirement, exact_runs
 
 UNDERSAMPLED, SETTLING = "undersampled", "settling"
 """Codes of the notices of bands of too few runs, and of those that are widest in the starting transient."""
@@ -44,32 +44,14 @@ def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[Notice]
     if requirement.finished and unfilled(on_cube(band.intervals, band.parameters[:runs])):
         text = f"the table has no runs in a part of the box, so that {asked} of a further run cannot be"
         return [told(short, f"{text} verified for {names}")]
-    found = []
-    lasting = {name: lasting_runs(bands[name].margin, requirement) for name in short}
-    lasting = {name: needed for name, needed in lasting.items() if runs < needed}
-    if lasting:
-        most = max(lasting.values())
-        text = (
-            f"runs of {', '.join(lasting)} differ for nearly all of their time in what no polynomial of "
-            f"{runs} runs explains, so that they are too few to verify that {asked} of a further run are in "
-            f"the band; {most} verify it in any case, fewer if they let a polynomial follow"
-        )
-        found.append(told(list(lasting), text, needed=most))
-    short = [name for name in short if name not in lasting]
-    if not short:
-        return found
-    names, least = ", ".join(short), needed_runs(requirement)
-    if runs < least:
-        text = f"{runs} runs cannot verify that {asked} of a further run are in the band of {names}; at least"
-        return [*found, told(short, f"{text} {least} are needed", needed=least)]
     worst = min(bands[name].coverage for name in short)
-    # The share outside falls about as one over the number of runs.
-    more = max(1, int(np.ceil(runs * (1.0 - worst) / (1.0 - requirement.coverage))) - runs)
+    # What a further run may be outside for stays, the share of the others falls about as one over the runs.
+    needed = math.ceil((runs + failed + 1) * (1.0 - worst) / (1.0 - requirement.coverage)) - 1
     text = (
-        f"only {percent(worst)} of the samples of held-out runs are in the band of {names}, {asked} were "
-        f"required; about {more} more run{'s' if more > 1 else ''} would suffice"
+        f"{runs} runs show that {percent(worst)} of the samples of a further run are in the band of "
+        f"{', '.join(short)}, {asked[: asked.index(' of')]} were required; about {needed} would show it"
     )
-    return [*found, told(short, text, needed=runs + more, coverage=worst)]
+    return [told(short, text, needed=needed, coverage=worst)]
 
 
 def told_holes(holes: HoleFit) -> list[Notice]:

@@ -14,7 +14,8 @@ from ...base.units import unit
 from ...errors import ArgumentError
 from ...execution.memory import Usage
 from ..polynomials.points import random_points, sobol_points
-from .margin import Margin, Verdict, percent
+from .exact import binomial_cdf
+from .margin import RESOLVED, Margin, Verdict, percent
 from .revolutions import Revolutions
 
 if TYPE_CHECKING:
@@ -24,17 +25,6 @@ LEAST_RUNS = 3
 """Fewest runs of a band [-]."""
 # Parameters for which there are Sobol' points [-].
 _MOST_PARAMETERS = 32
-# Related to the least number of held-out runs that can verify a share of 0.1 %; see `needed_runs`. Of 168
-# studies of 5 to 12 runs 44 are calibrated, and the worst holds 99.88 %; with half of it 87 and 99.66 %, with
-# twice none.
-_UNSEEN = 0.0112
-# Persistence from which the runs and not their samples are the observations. Chains of pendulums with one
-# parameter reach 0.72 with 12 to 81 runs, and their bands hold; random offsets and factors, also beside what
-# parameters do, reach 0.9 to 1. Without it 5 of 86 calibrated bands leave out three times what was asked;
-# with half of it 64 remain of 74.
-_LASTING = 0.8
-# Number of revolutions from which a run counts as more than one.
-_SEVERAL = 4
 
 
 @dataclass(frozen=True)
@@ -81,16 +71,39 @@ class Requirement:
             )
         return spec.drawn(partial(draw, first=first, count=count, seed=self.seed))
 
-    def verdict(self, margin: Margin, coverage: float) -> Verdict:
-        """Verdict on a band of this margin and coverage of held-out runs."""
+    @property
+    def tolerated(self) -> float:
+        """Share of all mechanisms in the band at any one instant, at least, with 95 % confidence [-].
+
+        That of as many independent runs; NaN for a table of others.
+        """
+        if self.finished and not self.independent:
+            return math.nan
+        return tolerated_share(self.runs, failed=self.failed)
+
+    def shown(self, margin: Margin, held_out: float) -> float:
+        """Share of the samples of a further run that these runs show to be in the band, on average [-].
+
+        Of exchangeable runs the last one is outside as much as each of them when it is left out. The share of
+        `held_out` samples that are inside is from runs that were left out of the others alone: a further run
+        is counted as outside for as long as a run that leaves stays there, one that a polynomial does not
+        follow for all of its time `[AngelopoulosEtAl2024]`. Hulls of independent runs need no such count.
+        """
+        lasting = margin.persistence if margin.degree is None else 0.0
+        outside = self.runs * (1.0 - held_out) + (lasting or 1.0)
+        if self.independent:
+            outside = 2.0 if margin.degree is None else min(2.0, outside)
+        return max(0.0, 1.0 - (outside + self.failed) / (self.runs + self.failed + 1))
+
+    def verdict(self, margin: Margin, shown: float) -> Verdict:
+        """Verdict on a band of this margin, and of this share of further runs that is shown to be inside."""
         if self.succeeded < self.coverage:
             return "undersampled"
-        if margin.degree is not None:
+        if margin.degree is not None and margin.check_error <= RESOLVED:
             return "resolved"
         if self.independent:
             return "certified" if self.runs >= exact_runs(self.coverage, self.confidence) else "undersampled"
-        enough = self.runs >= max(needed_runs(self), lasting_runs(margin, self))
-        return "calibrated" if enough and coverage * self.succeeded >= self.coverage else "undersampled"
+        return "estimated" if shown >= self.coverage else "undersampled"
 
 
 def band_usage(runs: int, parameters: int) -> Usage:
@@ -123,42 +136,20 @@ def exact_runs(coverage: float, confidence: float | None = None) -> int:
     return enough
 
 
-def tolerated_share(runs: int, confidence: float = 0.95) -> float:
+def tolerated_share(runs: int, confidence: float = 0.95, failed: int = 0, ends: int = 2) -> float:
     """Share of a population that the extremes of so many independent runs hold, with this confidence [-].
 
-    It is more than g with the probability 1 - g^n - n (1 - g) g^(n - 1), for any continuous distribution
-    `[Wilks1941]`, and for the largest and smallest of several cycles of each run as well `[Tukey1947]`.
-    93 runs hold 95 %, 473 hold 99 %.
+    It is more than g if at most ``runs - ends`` of the runs and the `failed` ones are in a part g of the
+    population, for any continuous distribution `[Wilks1941]`, and for the largest and smallest of several
+    cycles of each run as well `[Tukey1947]`. 93 runs hold 95 %, 473 hold 99 %; 59 and 299 stay below the
+    largest alone, which is one of the `ends`.
     """
     low, high = 0.0, 1.0
     for _ in range(60):
         share = 0.5 * (low + high)
-        holds = 1.0 - share**runs - runs * (1.0 - share) * share ** (runs - 1) >= confidence
+        holds = binomial_cdf(runs - ends, runs + failed, share) >= confidence
         low, high = (share, high) if holds else (low, share)
     return low
-
-
-def needed_runs(requirement: Requirement) -> int:
-    """Least number of held-out runs that can verify a coverage, if one run may be far outside.
-
-    Fewer runs of several revolutions suffice: with nine runs of nine revolutions each, 99.91 to 100 % of the
-    samples of new runs were inside on two mechanisms, 99.84 % of a penetration with rare lift-offs.
-    """
-    runs = _UNSEEN / (1.0 - requirement.coverage)
-    if requirement.revolutions is not None and requirement.revolutions.kept >= _SEVERAL:
-        runs *= 0.75
-    return max(3, math.ceil(runs))
-
-
-def lasting_runs(margin: Margin, requirement: Requirement) -> int:
-    """Least number of held-out runs where those that differ do so for nearly all of their time.
-
-    Each is then a single observation, however many samples it has. Without this, of normally distributed
-    offsets 97.9 % were inside of bands of 41 runs for 99.9 %, whose held-out coverage was 100 %.
-    """
-    if margin.persistence < _LASTING:
-        return 0
-    return math.ceil(margin.persistence / (1.0 - requirement.coverage)) - 1
 
 
 def statement(requirement: Requirement) -> str:
@@ -177,18 +168,23 @@ def statement(requirement: Requirement) -> str:
     else:
         given = "given, taken as " if requirement.finished else ""
         text = (
-            f"Bands contain {share} of the samples of held-out runs, with {runs} runs {given}spread evenly "
-            "over the box; of undersampled ones, coverage says how many. A resolved band is the polynomial's "
-            "range plus its error. The coverage of a new run is an estimate: it holds on average over "
-            "studies. Where the size of the motion varies strongly from run to run, one study may be off by "
-            "several per cent. Coverage counts samples, whole_run counts runs."
+            f"Bands are made for {share} of the samples of a further run, from {runs} runs {given}spread "
+            "evenly over the box. What is inside is estimated from runs that are left out: a further run may "
+            "be outside for as long as these were, or for all of its time where a polynomial follows them."
         )
         if not requirement.finished:
-            text += f" {exact_runs(requirement.coverage)} independent runs prove it."
-    if requirement.failed:
-        one = requirement.failed == 1
-        others = "1 other failed and was" if one else f"{requirement.failed} others failed and were"
-        text += f" This holds for runs that succeed: {others} left out."
+            held, one = (
+                percent(tolerated_share(runs, failed=requirement.failed, ends=ends)) for ends in (2, 1)
+            )
+            text += (
+                f" So many independent runs prove that {held} of all mechanisms are inside at any one "
+                f"instant, and {one} on the inner side of one bound, with 95 % confidence; "
+                f"{exact_runs(requirement.coverage)} prove {share} on average."
+            )
+    if requirement.failed == 1:
+        text += " A run that failed counts as outside."
+    elif requirement.failed:
+        text += f" {requirement.failed} runs that failed count as outside."
     if requirement.seconds is not None:
         made = runs + requirement.failed
         text += f" As many runs were made as {requirement.seconds:g} s allow; {made} runs repeat it."

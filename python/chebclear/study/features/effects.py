@@ -49,7 +49,8 @@ class Estimate(NamedTuple):
 
     What the polynomial behind it misses is scatter, or what a parameter does that so many runs do not
     resolve: the interval holds both. On seven functions of the literature with 21 to 641 runs, intervals of
-    shares held in 98 to 100 % (the documentation has the table).
+    shares held in 98 to 100 % (the documentation has the table). All three are NaN where the runs differ by
+    rounding alone.
     """
 
     value: float
@@ -60,8 +61,14 @@ class Estimate(NamedTuple):
     """Upper end of the interval."""
 
     def __str__(self) -> str:
+        if math.isnan(self.value):
+            return "unknown"
         # z: no -0.
         return f"{100.0 * self.value:z.0f} % ({100.0 * self.lower:z.0f} to {100.0 * self.upper:z.0f})"
+
+
+UNKNOWN = Estimate(math.nan, math.nan, math.nan)
+"""What runs that differ by rounding alone say of shares and of effects."""
 
 
 class Swing(NamedTuple):
@@ -248,16 +255,18 @@ def find_effects(names: list[str], model: Model) -> Effects:
     missed = missed_share(model)
     # What is missed is part of what any parameter gives. Of a smooth response, it moves the other terms too.
     moved = min(_MOVED, math.sqrt(missed))
-    lower[:-1] -= moved
+    lower[:-1] -= moved + aliased_shares(model, total)
     upper[:-1] += missed + moved
     # What differs between the cycles of one run is not that of the parameters.
     lower[-1] = min(float(lower[-1]), float(np.mean(np.var(values, axis=1))) / total if total > 0.0 else 0.0)
     lower, upper = np.clip(lower, 0.0, shares), np.clip(upper, shares, 1.0)
     estimates = [Estimate(*map(float, row)) for row in zip(shares, lower, upper, strict=True)]
+    if total == 0.0:
+        estimates = [UNKNOWN] * len(estimates)
     words = {1: "rises", -1: "falls"}
     level = float(np.mean(values)) if is_constant(values) else 0.0
     error = max(math.sqrt(missed * total), ROUNDING * float(np.max(np.abs(values))))
-    signs = _certain_signs(model, error)
+    signs = _certain_signs(names, model, error)
     return Effects(
         degree=int(model.fit.powers.sum(axis=1).max()),
         deviation=math.sqrt(total),
@@ -362,6 +371,32 @@ def _model(fit: Fit, points: Array, values: Array, level: Array, seed: int) -> M
     )
 
 
+def box_points(names: list[str], count: int) -> Array:
+    """Points that fill the cube evenly, the same for a parameter wherever it stands among the others."""
+    return even_points(count, len(names))[:, np.argsort(np.argsort(names))]
+
+
+def aliased_shares(model: Model, total: float) -> Array:
+    """By how much the shares of each parameter and of interactions may be too large, shape (parameters + 1,).
+
+    The polynomial has some of what it misses in its own terms. What it misses at left-out runs, and not what
+    is left at its own, is the noise from which the variance of each term then comes.
+    """
+    fit, free = model.fit, len(model.points) - len(model.fit.powers)
+    errors = left_out(fit, model.values.mean(axis=1))
+    noise = float(np.sum((errors * (1.0 - fit.leverage)) ** 2)) / free
+    more = max(0.0, float(np.mean(errors**2)) - noise)
+    spread = [float(fit.spread[group].sum()) for group in _groups(fit)]
+    return more * np.array(spread) / total if total > 0.0 else np.zeros(len(spread))
+
+
+def _groups(fit: Fit) -> list[NDArray[np.bool_]]:
+    """The terms of each parameter alone, and of several together."""
+    active = fit.powers > 0
+    alone = active.sum(axis=1) == 1
+    return [*(alone & own for own in active.T), active.sum(axis=1) > 1]
+
+
 def missed_share(model: Model) -> float:
     """Share of the variance that the polynomial misses at runs that it was made without, at most all of it.
 
@@ -377,18 +412,14 @@ def _variances(fit: Fit, terms: Array, means: Array, within: Array) -> Array:
     """Variances of each parameter, interactions and scatter without bias, shape (parameters + 2, sets)."""
     noise = np.sum((means - fit.basis @ terms) ** 2, axis=0) / (len(means) - len(fit.powers))
     squares = terms**2 - noise * fit.spread[:, None]
-    active = fit.powers > 0
-    alone = active.sum(axis=1) == 1
-    groups = [alone & active[:, axis] for axis in range(fit.powers.shape[1])]
-    groups.append(active.sum(axis=1) > 1)
-    return np.array([*(squares[group].sum(axis=0) for group in groups), noise + within])
+    return np.array([*(squares[group].sum(axis=0) for group in _groups(fit)), noise + within])
 
 
-def _certain_signs(model: Model, error: float) -> list[int]:
+def _certain_signs(names: list[str], model: Model, error: float) -> list[int]:
     """Signs of slopes that do not change in the box, in nearly all resampled sets, and are larger than this
     error over half the interval; 0 where not certain."""
     parameters = model.points.shape[1]
-    box = even_points(_POINTS, parameters)
+    box = box_points(names, _POINTS)
     if parameters <= 8:
         box = np.concatenate([box, np.array(list(itertools.product((-1.0, 1.0), repeat=parameters)))])
     signs = []

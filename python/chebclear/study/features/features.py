@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -18,11 +18,13 @@ from ...base.tables import format_ends
 from ...errors import ArgumentError, UnknownNameError, warn
 from ...report import html
 from ...report.document import Table
+from ...run.features import Feature
+from ...scene.columns import FREE, Limits, physical_limits
 from ...scene.distributions import Uniform
 from ...scene.scene import Interval
 from ..band.margin import percent
 from ..polynomials.points import nominal_point, on_cube, unfilled
-from ..sources.asked import units_of
+from ..sources.asked import FeatureSpec, units_of
 from ..sources.run_table import RunTable
 from .effects import Effects, Fit, Model, find_effects, fits_of, model_of
 from .narrowing import find_narrowing
@@ -66,6 +68,8 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
         Whether the runs came as a table, at points of unknown origin, which may leave out a part of the box.
     nominal_parameters : Array | None
         Parameters of the nominal run [SI units]; None if it is at the nominal values of the intervals.
+    limits : tuple[tuple[float, float], ...]
+        Physical limits of each feature in its unit; empty if none is known.
     """
 
     names: tuple[str, ...]
@@ -79,6 +83,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
     failed: int = 0
     finished: bool = False
     nominal_parameters: Array | None = None
+    limits: tuple[tuple[float, float], ...] = ()
 
     @property
     def _names(self) -> tuple[str, ...]:
@@ -133,16 +138,12 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
         """How far each feature reaches over the box; runs that failed count as outside."""
         points, filled, fits = self.all_points
         values = np.concatenate([self.runs, self.nominal[None]])
-        share = len(self.runs) / (len(self.runs) + self.failed)
-        return [
-            replace(
-                one,
-                coverage=one.coverage * share,
-                whole_run=one.whole_run * share,
-                tolerated=one.tolerated * share,
-            )
-            for one in find_intervals(points, values, self.random, filled, fits)
-        ]
+        return find_intervals(points, values, self.all_limits, self.random, filled, fits, self.failed)
+
+    @property
+    def all_limits(self) -> tuple[Limits, ...]:
+        """The `limits`, infinite where none is known."""
+        return self.limits or (FREE,) * len(self.names)
 
     @cached_property
     def leaves_out(self) -> bool:
@@ -174,7 +175,16 @@ def feature_table(runner: Runner, runs: RunTable, random: bool, failed: int) -> 
         failed,
         runner.table,
         runs.nominal_parameters,
+        tuple(_limits(runner.features.get(name), runs) for name in names),
     )
+
+
+def _limits(feature: FeatureSpec | None, runs: RunTable) -> Limits:
+    """Physical limits of a feature in its unit; none are known of the results of callables."""
+    if not isinstance(feature, Feature):
+        return FREE
+    known = {} if runs.scene is None else physical_limits([feature.of], runs.clearances)
+    return feature.limits_with(known.get(feature.of, FREE))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -237,7 +247,7 @@ class FeatureResult(records.ArrayRecord):
         reach = self.interval
         unit = f" {self.unit}" if self.unit not in ("", "-") else ""
         text = f"{self.name}: {format_ends(reach.lower, reach.upper)}{unit} ({reach.verdict})"
-        text += f"; {percent(reach.coverage)} of the runs are in the interval of the others"
+        text += f"; estimated by runs left out, {percent(reach.coverage)} of further runs are inside"
         if not math.isnan(reach.whole_run):
             text += f", a further run with a probability of at least {percent(reach.whole_run)}"
             text += f"; at least {percent(reach.tolerated)} of all mechanisms with 95 % confidence"
@@ -252,7 +262,8 @@ class FeatureResult(records.ArrayRecord):
     def ends(self) -> tuple[float, float]:
         """Ends of the `interval` alone, without its shares, which take ten times as long."""
         points, filled, fits = self.table.all_points
-        lower, upper, _ = find_reach(points, np.vstack([self.values, self.nominal]), filled, fits)
+        values, limits = np.vstack([self.values, self.nominal]), self.table.all_limits[self._column]
+        lower, upper, _ = find_reach(points, values, limits, filled, fits)
         return lower, upper
 
     @cached_property

@@ -11,15 +11,17 @@ from numpy.random import Generator, default_rng
 from numpy.typing import NDArray
 
 from ...base.rows import Array
-from ..polynomials.points import even_points
 from .effects import (
     CONFIDENCE,
     LEAST_FREE,
     REPLICATES,
+    UNKNOWN,
     Estimate,
     Model,
+    box_points,
     ends_of,
     fits_of,
+    is_constant,
     left_out,
     legendre_terms,
 )
@@ -65,7 +67,9 @@ def find_narrowing(names: list[str], model: Model, nominal: Array | None = None)
     """
     points, values = model.points, model.values
     nominal = np.zeros(points.shape[1]) if nominal is None else nominal
-    effect, resampled = _narrowed(model, nominal)
+    if is_constant(values):
+        return dict.fromkeys(names, UNKNOWN)
+    effect, resampled = _narrowed(names, model, nominal)
     lower, upper = ends_of(resampled)
     lower, upper = lower - _POINTS_ERROR, upper + _POINTS_ERROR
     # By the interval of what the polynomial misses it may be wrong, as far as the runs themselves allow.
@@ -130,7 +134,7 @@ class _Scatter(NamedTuple):
         return found
 
 
-def _narrowed(model: Model, nominal: Array) -> tuple[Array, Array]:
+def _narrowed(names: list[str], model: Model, nominal: Array) -> tuple[Array, Array]:
     """By how much the interval of 95 % of the values narrows with each parameter halved, and in resampled
     sets, shapes (parameters,) and (parameters, replicates).
 
@@ -192,7 +196,7 @@ def _narrowed(model: Model, nominal: Array) -> tuple[Array, Array]:
                 first = basis @ again + left_at(at[part], chosen, cycles) * model.scale
         return np.concatenate(parts), first
 
-    return _compared(values_at, even_points(count, parameters), nominal)
+    return _compared(values_at, box_points(names, count), nominal)
 
 
 def _compared(

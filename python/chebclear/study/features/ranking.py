@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -103,8 +104,8 @@ class Ranking:
 
     def advice(self) -> tuple[str, ...]:
         """Conclusions from the table, a sentence for each parameter with a certain effect."""
-        if not any(part.value for part in (self.scatter, self.interactions, *(r.share for r in self.rows))):
-            return (f"{self.feature} is the same in every run",)
+        if math.isnan(self.scatter.value):
+            return (f"{self.feature} is the same in every run: what would change it is unknown",)
         sentences = []
         largest = max(self.rows, key=lambda row: row.share.value)
         for row in self.rows:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -11,6 +12,7 @@ import numpy as np
 from ... import _core
 from ...base.rows import Array
 from ...base.shown import Shown
+from ...scene.columns import Limits
 from ..band.margin import RESOLVED
 from ..band.requirement import tolerated_share
 from .effects import Fit, best_degree, fits_of, left_out
@@ -33,8 +35,8 @@ class FeatureInterval(Shown):
         ``"resolved"``: the range of a polynomial in the parameters that follows the feature, with its
         error. ``"sampled"``: the extremes of the runs; the feature may exceed them between the runs.
     coverage : float
-        Share of the runs, with all their cycles, that are in the interval made from the others in ten parts
-        [-].
+        Share of further runs that are in the interval with all their cycles, estimated by runs that were left
+        out in ten parts, with one miss more than these have [-].
     whole_run : float
         Probability that a further run at random parameters is in the interval with all its cycles, without
         further assumption [-]; NaN for runs on a grid.
@@ -52,13 +54,20 @@ class FeatureInterval(Shown):
 
 
 def find_intervals(
-    points: Array, values: Array, random: bool, filled: bool, all_fits: list[Fit]
+    points: Array,
+    values: Array,
+    limits: Sequence[Limits],
+    random: bool,
+    filled: bool,
+    all_fits: list[Fit],
+    failed: int = 0,
 ) -> list[FeatureInterval]:
-    """The intervals of features from their values, shape (runs + 1, cycles, features), at points of
-    [-1, 1]^k, and from the polynomials that all points allow.
+    """The intervals of features from their values, shape (runs + 1, cycles, features), and limits, at points
+    of [-1, 1]^k, and from the polynomials that all points allow.
 
     The nominal run is the last; the others may be spread at `random` over the box. It is `filled` if none
-    have failed and the points leave out no part of it: else no polynomial is extrapolated.
+    have failed and the points leave out no part of it: else no polynomial is extrapolated. Runs that `failed`
+    count as outside.
     """
     runs, features = len(values) - 1, [values[:, :, column] for column in range(values.shape[2])]
     folds = np.append(np.arange(runs) % _FOLDS, _FOLDS)  # the nominal run is never left out
@@ -66,30 +75,32 @@ def find_intervals(
     for fold in range(min(_FOLDS, runs)):
         out = folds == fold
         fits = fits_of(points[~out]) if filled else []
-        for column, own in enumerate(features):
-            low, high, _ = find_reach(points[~out], own[~out], filled, fits)
+        for column, (own, ends) in enumerate(zip(features, limits, strict=True)):
+            low, high, _ = find_reach(points[~out], own[~out], ends, filled, fits)
             inside[column] += np.count_nonzero(np.all((own[out] >= low) & (own[out] <= high), axis=1))
-    found = []
-    for own, count in zip(features, inside.tolist(), strict=True):
-        lower, upper, resolved = find_reach(points, own, filled, all_fits)
+    found, of = [], runs + failed + 1
+    for own, ends, count in zip(features, limits, inside.tolist(), strict=True):
+        lower, upper, resolved = find_reach(points, own, ends, filled, all_fits)
         found.append(
             FeatureInterval(
                 lower=lower,
                 upper=upper,
                 verdict="resolved" if resolved else "sampled",
-                coverage=count / runs,
-                whole_run=(runs - 1) / (runs + 1) if random else math.nan,
-                tolerated=tolerated_share(runs) if random else math.nan,
+                coverage=count / of,
+                whole_run=(runs - 1) / of if random else math.nan,
+                tolerated=tolerated_share(runs, failed=failed) if random else math.nan,
             )
         )
     return found
 
 
-def find_reach(points: Array, values: Array, filled: bool, fits: list[Fit]) -> tuple[float, float, bool]:
+def find_reach(
+    points: Array, values: Array, limits: Limits, filled: bool, fits: list[Fit]
+) -> tuple[float, float, bool]:
     """Lower and upper end from some runs, and whether a polynomial follows them in the whole box.
 
     The rule is that of bands: the error of the polynomial at a run that it was made without counts against
-    the width that the other runs make.
+    the width that the other runs make. It does not go beyond the `limits` of the feature.
     """
     lower, upper = float(values.min()), float(values.max())
     if upper == lower or not filled:
@@ -105,4 +116,5 @@ def find_reach(points: Array, values: Array, filled: bool, fits: list[Fit]) -> t
     terms = np.linalg.lstsq(_core.total_degree_basis(points, degree), mean)[0]
     found = _core.total_degree_ranges(terms[:, None], points.shape[1], degree, None)
     lowest, highest = float(found["lower"][0]), float(found["upper"][0])
-    return min(lower, lowest - error), max(upper, highest + error), True
+    least, most = limits
+    return min(lower, max(lowest - error, least)), max(upper, min(highest + error, most)), True

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 JUDGMENTS: dict[str, Judgment] = {
     "resolved": "good",
     "certified": "good",
-    "calibrated": "good",
+    "estimated": "good",
     "sampled": "fair",
     "undersampled": "fair",
     "not resolved": "bad",

@@ -44,13 +44,14 @@ if TYPE_CHECKING:
 _MOST_LINES = 12
 
 MEANINGS = {
-    "resolved": "a polynomial in the parameters follows the response; worst cases and sensitivities are "
-    "those of the response",
+    "resolved": "a polynomial in the parameters follows the runs that it was not fitted to; worst cases and "
+    "sensitivities are those of the response as far as so many runs tell",
     "certified": "the mean coverage is proved for parameters drawn uniformly from the box",
-    "calibrated": "the band was widened by what held-out runs exceeded it by; there are no derivatives with "
-    "respect to the parameters",
+    "estimated": "runs that were left out show the coverage that was asked for; there are no derivatives "
+    "with respect to the parameters",
     "sampled": "the extremes of the runs, an inner bound: the response may exceed them between the runs",
-    "undersampled": "there were too few runs for the required coverage, or none in a part of the box",
+    "undersampled": "there are too few runs to show the coverage that was asked for, or none in a part of "
+    "the box",
     "not resolved": "no polynomial follows the response, which may leave the bounds and has other worst "
     "cases",
 }
@@ -111,7 +112,7 @@ def _method(result: StudyResult) -> str:
     if result.degrees is not None:
         return f"Chebyshev polynomials of degree {' x '.join(map(str, result.degrees))}"
     if result.requirement is not None:
-        return "hulls of independent runs" if result.requirement.independent else "calibrated bands"
+        return "hulls of independent runs" if result.requirement.independent else "estimated bands"
     return "scan of a grid" if result.kind == "scan" else "random runs"
 
 
@@ -156,7 +157,7 @@ def _feature(feature: FeatureResult) -> Section:
     """The section of a feature."""
     reach = feature.interval
     text = f"{format_range((reach.lower, reach.upper), feature.unit, 4)} ({reach.verdict}"
-    told = f"{text}); {percent(reach.coverage)} of the runs are in the interval made from the others"
+    told = f"{text}); estimated by runs left out, {percent(reach.coverage)} of further runs are inside"
     if not math.isnan(reach.whole_run):
         share = percent(reach.whole_run)
         told += f"; a further run is in it with a probability of at least {share}, and at least "
@@ -208,14 +209,16 @@ def _worst_cases(result: StudyResult) -> Table:
 
 
 def _how_sure(result: StudyResult) -> list[Block]:
-    """What runs that took no part say of each band, what the verdicts mean, and the statement for them."""
+    """What the runs show of each band and prove, what the verdicts mean, and the statement for them."""
     if not result.bands:
         return []
     rows: list[list[Cell]] = []
     for name, band in result.bands.items():
         error = "-" if math.isnan(band.margin.error) else f"{100.0 * band.margin.error:.2g} %"
-        rows.append([name, Verdict(band.verdict, JUDGMENTS[band.verdict]), percent(band.coverage), error])
-    head = ["output", "verdict", "held-out samples inside", "error of the polynomials over the width"]
+        shares = percent(band.coverage), percent(band.tolerated)
+        rows.append([name, Verdict(band.verdict, JUDGMENTS[band.verdict]), *shares, error])
+    head = ["output", "verdict", "of a further run inside", "of all at an instant, 95 % sure"]
+    head.append("error of the polynomials over the width")
     said = [verdict for verdict in MEANINGS if any(band.verdict == verdict for band in result.bands.values())]
     blocks: list[Block] = [
         Table("The bands at runs that they were made without", head, rows),

@@ -9,6 +9,7 @@ import numpy as np
 from ...base.prefixes import format_quantity
 from ...execution.failures import count_failed
 from ...run.features import Feature
+from ...scene.columns import FREE, physical_limits
 from ..band.band import Band
 from ..features.features import FeatureResult, FeatureTable
 
@@ -76,4 +77,13 @@ def sampled_ends(result: StudyResult) -> FeatureTable:
         failed=count_failed(result.failures),
         finished=result.spec is not None and result.spec.table,
         nominal_parameters=result.nominal_parameters,
+        limits=2 * _limits(result),
     )
+
+
+def _limits(result: StudyResult) -> tuple[tuple[float, float], ...]:
+    """The physical limits of all outputs."""
+    if result.requirement is not None:
+        return tuple(result.requirement.limits[name] for name in result.bands)
+    known = {} if result.scene is None else physical_limits(tuple(result.bands), {})
+    return tuple(known.get(name, FREE) for name in result.bands)

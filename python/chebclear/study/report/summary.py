@@ -58,7 +58,7 @@ def findings(result: StudyResult) -> str:
             "output",
             "width",
             "verdict",
-            "held out",
+            "inside",
             "further run",
             "peak of a run",
             "highest: predicted",
@@ -126,7 +126,7 @@ def suggestions(result: StudyResult) -> list[str]:
     bands = result.bands.values()
     advice = []
     is_table = result.spec is not None and result.spec.table  # which has no further runs
-    wide = [band.name for band in bands if band.verdict in ("calibrated", "undersampled")]
+    wide = [band.name for band in bands if band.verdict in ("estimated", "undersampled")]
     requirement = result.requirement
     unfit = _unfit(result)
     if unfit:

@@ -15,7 +15,7 @@ from ...base.shown import listed
 from ...notices import Notice
 from ...report import html
 from ...report.document import Table
-from .exact import exact_interval
+from ..band.exact import exact_interval
 from .specification import Specification
 
 if TYPE_CHECKING:
