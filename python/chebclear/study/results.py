@@ -72,7 +72,7 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
     degrees : tuple[int, ...] | None
         Degree of the polynomials in each parameter [-]; None except for a Chebyshev study.
     nodes : tuple[int, ...]
-        Number of nodes or scan points on each parameter [-]; empty for a calibrated study.
+        Number of nodes or scan points on each parameter [-]; empty for a study of `Study.band`.
     bounds : BoundKind
         How polynomials are bounded: ``"range"``, certified, or ``"eq31"``, by Eq. (31) of the paper.
     stats : Sequence[Stats]
@@ -84,7 +84,7 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
     scene : Scene | None
         The scene at the midpoint of all intervals; None without scenes.
     requirement : Requirement | None
-        Required coverage and seed of a calibrated study; None for the others.
+        Required coverage and seed of a study of `Study.band`; None for the others.
     study : Study | None
         The study that made this result; None after pickling or loading, where `spec` makes it again.
     features : FeatureTable
@@ -242,11 +242,11 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
 
     @property
     def statement(self) -> str | None:
-        """The estimated or proved coverage of a calibrated or certified study, in words; None for others."""
+        """What the runs of `Study.band` show and prove, in words; None for other studies."""
         return None if self.requirement is None else statement(self.requirement)
 
     def extend(self, runs: int, *, include: StudyResult | Sequence[StudyResult] = ()) -> StudyResult:
-        """Add runs to a calibrated study; nothing is simulated twice.
+        """Add runs to a study of `Study.band`; nothing is simulated twice.
 
         Parameters
         ----------
