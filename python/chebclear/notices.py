@@ -35,6 +35,7 @@ CODES = {
     "creep": "a contact creeps that should stick",
     "impacts_at_floor": "impacts slower than the tolerance resolves, or than their floor",
     "energy_balance": "the energy does not balance",
+    "stability": "stability, not accuracy, limits the steps of the method",
     "unknown_samples": "samples at a change point, where forces are not known",
     "work_unknown": "work that the run before did not count",
     HORIZON: "single values are not predictable (a `HorizonWarning`)",

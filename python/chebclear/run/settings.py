@@ -87,9 +87,9 @@ class Settings(Shown):
         Relative tolerance of the integrator [-], from 1e-13 to 0.1.
     method : {"auto", "rodas5p", "rodas4", "dop853", "adams"}
         ``"auto"`` switches between an explicit multistep method, the Adams method of variable order, and a
-        Rosenbrock method (Rodas4, or Rodas5P at an rtol below 3e-8), which it takes where friction or damping
-        limits the steps of the other; the others use one method throughout. ``"adams"`` and ``"dop853"``
-        alone are much more expensive where a contact sticks, though not less accurate.
+        Rosenbrock method (Rodas4, or Rodas5P at an rtol below 1e-5): it tries both now and then and keeps the
+        one whose progress costs fewer evaluations; the others use one method throughout. ``"adams"`` and
+        ``"dop853"`` alone are much more expensive where a contact sticks, though not less accurate.
     outputs : sequence of str, optional
         Names of the columns to return, or patterns such as ``"energy.*"``; all quantities of bodies,
         clearance joints and drives if not given. ``scene.check()`` lists them, and further ones.

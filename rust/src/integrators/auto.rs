@@ -1,45 +1,61 @@
-//! The Adams method and a Rosenbrock method, switched by what limits the steps.
+//! The Adams method and a Rosenbrock method, of which the one is kept whose progress costs less.
 //!
-//! The stiffness of a step is its length times the fastest rate of the motion. Adams steps are stable up to a
-//! stiffness of about 1 and cost two evaluations, a Rosenbrock step four times as much. While a contact
-//! oscillates, its accuracy needs steps of about that length with any method, so the Adams method is the
-//! cheapest. The friction of a sticking contact damps velocities at a rate of 1e5 to 1e8 1/s: there accuracy
-//! allows steps many times longer, and stability does not. The error estimate of an Adams step at its limit
-//! tells that longer ones may be as accurate, but not what limits them: the corrections of positions and
-//! velocities are in proportion. The Jacobian tells damping and oscillation apart.
+//! What a method costs is not known before it is tried: stability limits the steps of the Adams method where forces
+//! damp, accuracy those of both, and contact changes, kinks and rejected attempts add what no estimate tells. So work is
+//! counted, in evaluations, against the time that it covers. Now and then the other method takes over for a small part of
+//! the work done so far. If it covers the stretch that the present method would have covered for as much, it is kept; if
+//! it does not, the present one goes on, and the next trial comes after twice the work. What trials may lose is a fixed
+//! part of the run, so their number needs no rule that knows the scene.
 
 use crate::integrators::adams::Adams;
 use crate::integrators::dense::DenseStep;
-use crate::integrators::rosenbrock::Rosenbrock;
+use crate::integrators::rosenbrock::{FACTORIZATION, JACOBIAN, Rosenbrock};
 use crate::integrators::tableaus::Tableau;
 use crate::integrators::{HybridSystem, NextLimits, StateAt, Stats, Stepper};
 
-/// Stiffness from which an Adams step counts as limited by stability.
-/// 0.5 and 1: work -1, -2 %, same errors (70 of 413 runs).
-const STIFF: f64 = 0.8;
-/// Growth that the error of a step at the limit would allow, from which the Jacobian is asked. 2 to 3 need
-/// the same work. Half, twice: work +5, -6 % (88 of 108 runs).
-const LONGER: f64 = 3.0;
-/// The same from which the Rosenbrock method is tried without asking: an oscillation that is hardly excited.
-/// 12 costs slider-cranks as printed 8 % more work at an error of 1e-2.
-/// Half, twice: work -33, +57 % in 25 and 15 of 234 runs.
-const MUCH_LONGER: f64 = 30.0;
-/// Least share of damping in the fastest rate for the Rosenbrock method. 0.3 and 0.5 need the same work.
-/// 0.3, 0.75: work -6, +2 % (47 of 224 runs).
-const DAMPED: f64 = 0.5;
-/// Stiffness of a Rosenbrock step, by the norms of its Jacobian, below which the Adams method returns. 2 to 6
-/// are alike over the classes of `benchmarks/stiffness.rs`; with 4 a pendulum that rests in its bearing
-/// needs 1.5 times the work of 5. Half, twice: work +2, -3 % (46 of 81 runs).
-const NOT_STIFF: f64 = 5.0;
-/// Consecutive steps that must agree on a switch. With one, the methods alternate.
-/// Half, twice: work +7, -3 % (331 of 437 runs).
-const PERSISTENCE: u32 = 2;
-/// A Rosenbrock method that is left within so many steps was no gain. Half, twice: work 0, -4 % (10 of 92 runs).
-const SHORT_STAY: u32 = 10;
-/// Steps without a switch after the Rosenbrock method was no gain or the Jacobian showed no damping; doubled
-/// with every repetition until the Rosenbrock method is kept. Without this pause, methods of equal cost
-/// alternate every few steps. Half, twice: work -9, -8 %, errors times 0.58, 0.73 (20 of 136 runs).
-const PAUSE: u32 = 20;
+/// Part of the work that trials may lose: the regret of not knowing the better method.
+const REGRET: f64 = 0.05;
+/// Steps of Rodas4 or Rodas5P whose work a trial of the Adams and of that method may need at least: a stretch that shows
+/// what steps cost. The Adams method begins with short steps of a low order. A trial ends sooner where its steps
+/// neither pay nor grow.
+const LEAST_STEPS: [f64; 2] = [10.0, 3.0];
+/// Growth of the price after a lost trial from which that says nothing any more.
+const CLEARLY: f64 = 2.0;
+/// Weight of a step in the recent price, relative to its successor: that of the last twenty steps.
+const MEMORY: f64 = 0.95;
+
+/// Work of a part of the run [evaluations] and the time that it covers [s].
+#[derive(Clone, Copy, Debug, Default)]
+struct Stretch {
+    work: f64,
+    time: f64,
+}
+
+impl Stretch {
+    fn add(&mut self, other: Stretch) {
+        self.work += other.work;
+        self.time += other.time;
+    }
+
+    /// Work per time.
+    fn price(self) -> f64 {
+        if self.time > 0.0 { self.work / self.time } else { f64::INFINITY }
+    }
+}
+
+/// A trial of the method that is now active.
+#[derive(Clone, Copy, Debug)]
+struct Trial {
+    /// What it has done.
+    stretch: Stretch,
+    /// Work after which it is lost.
+    budget: f64,
+    /// Price of the other method that it must not exceed.
+    price: f64,
+    /// Length of the step with which the other method would go on.
+    resumed: f64,
+}
+
 /// The Adams method and a Rosenbrock method, one of them active.
 #[derive(Clone, Debug)]
 pub struct Auto {
@@ -47,76 +63,145 @@ pub struct Auto {
     implicit: Rosenbrock,
     /// Whether the next step is implicit.
     is_implicit: bool,
-    /// Accepted steps since the last switch.
-    steps: u32,
-    /// Consecutive last steps that favored the other method.
-    contradictions: u32,
-    /// Remaining steps of the present pause, in which no switch is considered.
-    pause: u32,
-    /// Length of the next pause.
-    next_pause: u32,
+    /// Whether the active method must begin in the state from which the other one has failed.
+    takes_over: bool,
+    /// Memory for that state.
+    start: Vec<f64>,
+    /// Work and time up to which all is accounted for.
+    known: Option<Stretch>,
+    /// Since the last trial or change, of the last step, and of the last steps, which fade.
+    standing: Stretch,
+    last: Stretch,
+    recent: Stretch,
+    /// Price of the other method, as far as its last trial tells; above it, another trial may be won.
+    refused: f64,
+    trial: Option<Trial>,
+    /// Work from the last trial to the next.
+    interval: f64,
+    /// What trials have lost.
+    lost: f64,
 }
 
 impl Auto {
     /// The Adams method and the Rosenbrock method of a tableau, for `d` degrees of freedom; the first step is
     /// explicit.
     pub fn new(tableau: Tableau, d: usize) -> Self {
+        let implicit = Rosenbrock::new(tableau, d);
+        let interval = implicit.work() / REGRET;
         Self {
             explicit: Adams::new(d),
-            implicit: Rosenbrock::new(tableau, d),
+            implicit,
             is_implicit: false,
-            steps: 0,
-            contradictions: 0,
-            pause: 0,
-            next_pause: PAUSE,
+            takes_over: false,
+            start: vec![0.0; 2 * d],
+            known: None,
+            standing: Stretch::default(),
+            last: Stretch::default(),
+            recent: Stretch::default(),
+            refused: f64::INFINITY,
+            trial: None,
+            interval,
+            lost: 0.0,
         }
     }
+}
 
+/// Work of a run so far [evaluations].
+fn work(stats: &Stats) -> f64 {
+    stats.evaluations as f64 + JACOBIAN * stats.jacobians as f64 + FACTORIZATION * stats.factorizations as f64
+}
+
+impl Auto {
     fn active(&mut self) -> &mut dyn Stepper {
         if self.is_implicit { &mut self.implicit } else { &mut self.explicit }
     }
 
-    /// Starts a pause, twice as long as the previous one.
-    fn pause(&mut self) {
-        self.pause = self.next_pause;
-        self.next_pause = self.next_pause.saturating_mul(2);
+    /// Work of a step of the active method.
+    fn step_work(&self) -> f64 {
+        if self.is_implicit { self.implicit.work() } else { Adams::WORK }
     }
 
-    /// Whether the other method takes the next step, after a step to a state.
-    fn switches(&mut self, system: &mut dyn HybridSystem, at: StateAt, stats: &mut Stats) -> bool {
-        self.steps = self.steps.saturating_add(1);
-        if self.pause > 0 {
-            self.pause -= 1;
+    /// Takes what was done up to an instant into the accounts.
+    fn account(&mut self, t: f64, stats: &Stats) {
+        let now = Stretch { work: work(stats), time: t };
+        let known = self.known.replace(now).unwrap_or(now);
+        let done = Stretch { work: now.work - known.work, time: now.time - known.time };
+        self.account_of().add(done);
+        if self.trial.is_none() && done.time > 0.0 {
+            self.last = done;
+            self.recent.work *= MEMORY;
+            self.recent.time *= MEMORY;
+            self.recent.add(done);
+        }
+    }
+
+    fn account_of(&mut self) -> &mut Stretch {
+        match &mut self.trial {
+            Some(trial) => &mut trial.stretch,
+            None => &mut self.standing,
+        }
+    }
+
+    /// Whether the other method is tried now, where the next step of the active one is of length `next`.
+    fn is_due(&mut self, next: f64) -> bool {
+        if self.standing.work >= self.interval {
+            return true;
+        }
+        let total = self.known.map_or(0.0, |known| known.work);
+        if self.lost > REGRET * total {
             return false;
         }
-        let contradicts = if self.is_implicit {
-            self.implicit.stiffness() < NOT_STIFF
+        let ratio = self.implicit.work() / Adams::WORK;
+        let is_likely = if self.is_implicit {
+            // Adams steps of the same price are stable.
+            self.implicit.stiffness() < ratio
         } else {
-            let stiffness = self.explicit.stiffness();
-            stiffness.is_some_and(|stiffness| stiffness > STIFF) && self.explicit.possible_growth > LONGER
+            // Their error would allow steps that pay for a Rosenbrock method.
+            let step = self.explicit.step();
+            next <= step.h && step.h * self.explicit.possible_growth > ratio * next
         };
-        self.contradictions = if contradicts { self.contradictions + 1 } else { 0 };
-        if self.contradictions < PERSISTENCE {
-            return false;
-        }
-        self.contradictions = 0;
-        if self.is_implicit {
-            if self.steps <= SHORT_STAY {
-                self.pause();
-            } else {
-                self.next_pause = PAUSE;
-            }
-        } else if self.explicit.possible_growth < MUCH_LONGER {
-            let damped = self.implicit.linearize(system, at, stats)
-                && self.implicit.damping() > DAMPED * self.implicit.rate();
-            if !damped {
-                self.pause();
-                return false;
-            }
-        }
-        self.steps = 0;
+        is_likely || self.recent.price() > self.refused
+    }
+
+    /// Begins a trial of the other method; returns the length of its first step.
+    fn begin_trial(&mut self, next: f64) -> f64 {
+        let price = self.standing.price().min(self.last.price());
         self.is_implicit = !self.is_implicit;
-        true
+        // The step of the same price; a Rosenbrock method may take one as long as that of the Adams method anyway.
+        let first = if self.is_implicit {
+            (self.implicit.work() / price).max(next)
+        } else {
+            Adams::STARTING_WORK / price
+        };
+        let least = LEAST_STEPS[usize::from(self.is_implicit)];
+        let budget = (least * self.implicit.work()).max(REGRET * self.standing.work);
+        self.trial = Some(Trial { stretch: Stretch::default(), budget, price, resumed: next });
+        first
+    }
+
+    /// Judges a trial of which the next attempt is of length `next`; returns the length of the step of the other
+    /// method, if that goes on.
+    fn judge(&mut self, trial: Trial, next: f64, grows: bool) -> Option<f64> {
+        let Trial { stretch, budget, price, resumed } = trial;
+        if stretch.time * price >= budget {
+            // It has covered what the other one would have for as much, or more.
+            self.trial = None;
+            (self.standing, self.recent) = (stretch, stretch);
+            self.refused = price;
+            self.interval = self.implicit.work() / REGRET;
+            return None;
+        }
+        let pays = self.step_work() <= price * next;
+        if stretch.work < budget && (pays || grows) {
+            return None;
+        }
+        self.lost += (stretch.work - stretch.time * price).max(0.0);
+        self.trial = None;
+        self.refused = CLEARLY * self.recent.price();
+        self.standing = Stretch::default();
+        self.interval *= 2.0;
+        self.is_implicit = !self.is_implicit;
+        Some(resumed)
     }
 }
 
@@ -124,19 +209,36 @@ impl Stepper for Auto {
     fn restart(&mut self, position_tolerance: &[f64], velocity_tolerance: &[f64]) {
         self.explicit.restart(position_tolerance, velocity_tolerance);
         self.implicit.restart(position_tolerance, velocity_tolerance);
-        (self.contradictions, self.pause) = (0, 0);
     }
 
     fn begin(&mut self, system: &mut dyn HybridSystem, at: StateAt, stats: &mut Stats) -> bool {
+        self.account(at.t, stats);
         self.active().begin(system, at, stats)
     }
 
     fn attempt(&mut self, system: &mut dyn HybridSystem, h: f64, stats: &mut Stats) -> bool {
+        if std::mem::take(&mut self.takes_over) {
+            let other = if self.is_implicit { self.explicit.step() } else { self.implicit.step() };
+            let t = other.t;
+            self.start.copy_from_slice(&other.start);
+            let Self { explicit, implicit, start, is_implicit, .. } = self;
+            let active: &mut dyn Stepper = if *is_implicit { implicit } else { explicit };
+            let (q, v) = start.split_at(start.len() / 2);
+            if !active.begin(system, StateAt { t, q, v }, stats) {
+                return false;
+            }
+        }
         self.active().attempt(system, h, stats)
     }
 
-    fn reject(&mut self) {
-        self.active().reject();
+    fn reject(&mut self, next: f64, stats: &Stats) -> Option<f64> {
+        self.active().reject(next, stats);
+        if let Some(known) = self.known {
+            self.account(known.time, stats);
+        }
+        let resumed = self.judge(self.trial?, next, false);
+        self.takes_over = resumed.is_some();
+        resumed
     }
 
     fn step(&mut self) -> &mut DenseStep {
@@ -154,11 +256,15 @@ impl Stepper for Auto {
 
     fn next_limits(&mut self, system: &mut dyn HybridSystem, at: StateAt, stats: &mut Stats) -> NextLimits {
         let limits = self.active().next_limits(system, at, stats);
-        match (self.switches(system, at, stats), self.is_implicit) {
-            (false, _) => limits,
-            (true, true) => NextLimits { switched: true, ..NextLimits::UNLIMITED },
-            // The first step of the Adams method is stable at the present length and not far beyond.
-            (true, false) => NextLimits { largest_growth: 1.0, switched: true, possible_growth: None },
+        self.account(at.t, stats);
+        limits
+    }
+
+    fn hand_over(&mut self, next: f64) -> Option<f64> {
+        if let Some(trial) = self.trial {
+            let grows = next > self.step().h;
+            return self.judge(trial, next, grows);
         }
+        self.is_due(next).then(|| self.begin_trial(next))
     }
 }

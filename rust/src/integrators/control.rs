@@ -191,10 +191,9 @@ impl Run<'_> {
                     let at = StateAt { t: self.t, q: &self.q, v: &self.v };
                     let limits = self.method.next_limits(self.system, at, &mut self.stats);
                     h = self.next_step(taken, error, &limits).max(least);
-                    if limits.switched {
-                        self.stats.switches += 1;
-                        // The error of another method gives no prediction.
-                        self.steps_since_restart = 0;
+                    if let Some(other) = self.method.hand_over(h) {
+                        h = other;
+                        self.count_switch();
                     }
                 }
             }
@@ -312,11 +311,24 @@ impl Run<'_> {
         (SAFETY * power(error, -exponent)).clamp(SMALLEST_FACTOR, LARGEST_FACTOR)
     }
 
-    /// Counts an attempt that is not accepted, and keeps why.
-    fn reject(&mut self, why: Status) {
+    fn count_switch(&mut self) {
+        self.stats.switches += 1;
+        // The error of another method gives no prediction.
+        self.steps_since_restart = 0;
+    }
+
+    /// Counts an attempt that is not accepted, and keeps why; returns the length of the next one, `next` unless another
+    /// method makes it, and whether the same one does.
+    fn reject(&mut self, why: Status, next: f64) -> (f64, bool) {
         self.stats.rejected += 1;
-        self.method.reject();
         self.refusal = why;
+        match self.method.reject(next, &self.stats) {
+            Some(other) => {
+                self.count_switch();
+                (other.min(self.system.step_bound()).min(self.limits.max_step), false)
+            }
+            None => (next, true),
+        }
     }
 
     /// Takes a step of at most `h` whose error is within the tolerance; returns its length and error.
@@ -345,9 +357,12 @@ impl Run<'_> {
                 return Ok((length, error));
             }
             let failed = !finite || !error.is_finite();
-            self.reject(if failed { Status::NonFinite } else { Status::StepUnderflow });
-            self.was_rejected = true;
-            h = length * if failed { FAILURE_FACTOR } else { self.factor(error).min(SAFETY) };
+            let (why, factor) = if failed {
+                (Status::NonFinite, FAILURE_FACTOR)
+            } else {
+                (Status::StepUnderflow, self.factor(error).min(SAFETY))
+            };
+            (h, self.was_rejected) = self.reject(why, factor * length);
         }
     }
 
@@ -386,9 +401,8 @@ impl Run<'_> {
                     Projection::Singular => (Status::SingularMechanism, FAILURE_FACTOR),
                 }
             };
-            self.reject(why);
-            was_refused = true;
-            h = factor * self.method.step().h;
+            let next = factor * self.method.step().h;
+            (h, was_refused) = self.reject(why, next);
         }
     }
 

@@ -160,8 +160,11 @@ pub trait Stepper {
     fn attempt(&mut self, system: &mut dyn HybridSystem, h: f64, stats: &mut Stats) -> bool;
 
     /// Learns that the last attempt is not accepted: its error is above the tolerances, with what a system asks beyond
-    /// those of [`Stepper::restart`], or not finite.
-    fn reject(&mut self) {}
+    /// those of [`Stepper::restart`], or not finite. The next attempt is of length `next` [s]; returns another one if
+    /// another method makes it.
+    fn reject(&mut self, _next: f64, _stats: &Stats) -> Option<f64> {
+        None
+    }
 
     /// The step with its error estimate.
     fn step(&mut self) -> &mut DenseStep;
@@ -174,7 +177,7 @@ pub trait Stepper {
     fn finish_dense(&mut self, system: &mut dyn HybridSystem, stats: &mut Stats) -> bool;
 
     /// Called when the step was accepted and led to a state in the same phase. Returns the factor by which the next
-    /// step may be longer within the region of absolute stability. A pair of methods may switch here.
+    /// step may be longer within the region of absolute stability.
     fn next_limits(
         &mut self,
         _system: &mut dyn HybridSystem,
@@ -183,6 +186,12 @@ pub trait Stepper {
     ) -> NextLimits {
         NextLimits::UNLIMITED
     }
+
+    /// Called after [`Stepper::next_limits`] with the length of the next step [s]; returns another one if another method
+    /// takes it.
+    fn hand_over(&mut self, _next: f64) -> Option<f64> {
+        None
+    }
 }
 
 /// What a method allows for the step after an accepted one.
@@ -190,17 +199,14 @@ pub trait Stepper {
 pub struct NextLimits {
     /// Largest ratio of its length to that of the accepted step.
     pub largest_growth: f64,
-    /// Whether another method takes it.
-    pub switched: bool,
     /// Of a multistep method: ratio of the lengths that the error of the next step alone would allow, at the order
     /// that the method has chosen for it and without [`HybridSystem::velocity_refinement`].
     pub possible_growth: Option<f64>,
 }
 
 impl NextLimits {
-    /// The same method takes the next step, which only its error limits.
-    pub const UNLIMITED: Self =
-        Self { largest_growth: f64::INFINITY, switched: false, possible_growth: None };
+    /// Only its error limits the next step.
+    pub const UNLIMITED: Self = Self { largest_growth: f64::INFINITY, possible_growth: None };
 }
 
 /// How a projection onto the constraints went.
@@ -295,6 +301,12 @@ pub struct Stats {
     pub events: usize,
     /// Steps taken again so that they end on an event.
     pub relocations: usize,
+    /// Accepted steps of an Adams method after which stability did not let the next one grow, though its error would have
+    /// let it pay for a Rosenbrock step.
+    pub limited: usize,
+    /// Steps of a Rosenbrock method of the same error, in Adams steps of equal work, as far as the errors of the limited
+    /// ones tell.
+    pub enough: f64,
     /// Shortest accepted step that was not cut by an event or the end [s].
     pub smallest_step: f64,
     /// Time at which that step started [s].
@@ -314,6 +326,8 @@ impl Default for Stats {
             factorizations: 0,
             events: 0,
             relocations: 0,
+            limited: 0,
+            enough: 0.0,
             smallest_step: f64::INFINITY,
             smallest_step_time: 0.0,
         }

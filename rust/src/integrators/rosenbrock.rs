@@ -16,6 +16,10 @@ use crate::integrators::{HybridSystem, StateAt, Stats, Stepper};
 use crate::numerics::instant::Instant;
 use crate::numerics::linear::lu_factor;
 
+/// Evaluations that a Jacobian is worth besides the one that it contains, and a factorization.
+pub(super) const JACOBIAN: f64 = 1.0;
+pub(super) const FACTORIZATION: f64 = 0.5;
+
 /// A Rosenbrock method with its scratch memory.
 #[derive(Clone, Debug)]
 pub struct Rosenbrock {
@@ -36,8 +40,6 @@ pub struct Rosenbrock {
     dense: bool,
     /// Accelerations and Jacobian at the start of the present step.
     linear: Linearization,
-    /// Whether they are known before the step begins.
-    is_known: bool,
 }
 
 impl Rosenbrock {
@@ -57,8 +59,12 @@ impl Rosenbrock {
             step,
             dense: false,
             linear: Linearization::new(d),
-            is_known: false,
         }
+    }
+
+    /// Evaluations of a step, with what its Jacobian and its factorization are worth.
+    pub(super) fn work(&self) -> f64 {
+        self.tableau.stages as f64 + JACOBIAN + FACTORIZATION
     }
 
     /// Factors W = I/(hγ) - a_v - hγ a_q; false where it is singular.
@@ -92,24 +98,6 @@ impl Rosenbrock {
         self.norm(&self.linear.a_v)
     }
 
-    /// Computes accelerations and Jacobian in a state, from which the next step may start; false where they do
-    /// not exist.
-    pub(super) fn linearize(
-        &mut self,
-        system: &mut dyn HybridSystem,
-        at: StateAt,
-        stats: &mut Stats,
-    ) -> bool {
-        let StateAt { t, q, v } = at;
-        stats.jacobians += 1;
-        stats.evaluations += 1;
-        self.step.t = t;
-        self.step.start[..self.d].copy_from_slice(q);
-        self.step.start[self.d..].copy_from_slice(v);
-        self.is_known = system.linearize(t, q, v, &mut self.linear);
-        self.is_known
-    }
-
     /// Computes the dense output of the step last taken.
     fn write_dense(&mut self) {
         if std::mem::replace(&mut self.dense, true) {
@@ -133,8 +121,6 @@ impl Rosenbrock {
 
 impl Stepper for Rosenbrock {
     fn restart(&mut self, _position_tolerance: &[f64], velocity_tolerance: &[f64]) {
-        // The forces change with the phase.
-        self.is_known = false;
         for (weight, tolerance) in self.weights.iter_mut().zip(velocity_tolerance) {
             *weight = 1.0 / tolerance;
         }
@@ -142,12 +128,14 @@ impl Stepper for Rosenbrock {
 
     fn begin(&mut self, system: &mut dyn HybridSystem, at: StateAt, stats: &mut Stats) -> bool {
         let StateAt { t, q, v } = at;
-        let known = std::mem::take(&mut self.is_known)
-            && (self.step.t, self.step.start.split_at(self.d)) == (t, (q, v));
-        if !known && !self.linearize(system, at, stats) {
+        stats.jacobians += 1;
+        stats.evaluations += 1;
+        self.step.t = t;
+        self.step.start[..self.d].copy_from_slice(q);
+        self.step.start[self.d..].copy_from_slice(v);
+        if !system.linearize(t, q, v, &mut self.linear) {
             return false;
         }
-        self.is_known = false;
         system.begin(t, q, v, &self.linear.a);
         true
     }

@@ -16,7 +16,7 @@ use crate::run::restart::{Memory, Restart};
 pub use crate::run::settings::{Method, Settings};
 use crate::run::system::System;
 use crate::run::tolerances::check_tolerances;
-use crate::run::warnings::of_run;
+use crate::run::warnings::{of_run, of_stability};
 use crate::tree::elements::State;
 use crate::tree::loads::MotionLoad;
 
@@ -310,7 +310,9 @@ pub fn record<'a>(
     if outcome.status == Status::Done {
         system.phases.log.end(&mut system.motion, outcome.time, &q, &v);
     }
-    let run = finished(system, outcome, State { q, v });
+    let notice = of_stability(settings.method, &outcome.stats);
+    let mut run = finished(system, outcome, State { q, v });
+    run.warnings.extend(notice);
     Ok(Trajectory { columns: names, ..run })
 }
 

@@ -2,10 +2,12 @@
 
 use crate::contact::pair::Surfaces;
 use crate::error::Notice;
+use crate::integrators::Stats;
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::accuracy::ROUNDING_OF_SOLUTION;
 use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::{Event, EventKind, Place};
+use crate::run::settings::Method;
 use crate::run::tolerances::Tolerances;
 use crate::run::work::balance::Balance;
 
@@ -24,6 +26,9 @@ const NOTICEABLE: f64 = 0.01;
 /// Velocity tolerance, relative to the stick-slip velocity, with which the energy balance of sticking
 /// contacts closes. Only the text of a notice depends on it.
 const FINE_STICKING: f64 = 1e-3;
+
+/// Part of the work that another method may need, below which the Adams method is said to be dear: half.
+const DEAR: f64 = 0.5;
 
 /// The warnings that are known at the end of a run, with the number of samples in which forces are not known.
 pub(crate) fn of_run(
@@ -137,6 +142,22 @@ fn warning_of_energy(mechanism: &Mechanism, balance: &Balance) -> Option<Notice>
                 100.0 * share
             ),
         }
+    })
+}
+
+/// Warning that stability limits the steps of the Adams method, where it was asked for by its name.
+pub(crate) fn of_stability(method: Method, stats: &Stats) -> Option<Notice> {
+    let Stats { steps, limited, enough, .. } = *stats;
+    let share = ((steps - limited.min(steps)) as f64 + enough) / steps.max(1) as f64;
+    (method == Method::Adams && share < DEAR).then(|| Notice {
+        code: "stability",
+        about: Vec::new(),
+        numbers: vec![("limited", limited as f64), ("steps", steps as f64), ("share", share)],
+        text: format!(
+            "stability, not accuracy, limited {limited} of {steps} steps, since forces damp or oscillate faster than the \
+             motion changes: method=\"rodas5p\", or \"auto\", may need as little as {:.2} % of the work",
+            100.0 * share
+        ),
     })
 }
 

@@ -14,6 +14,8 @@ mod start;
 
 use crate::integrators::dense::{DenseStep, Form};
 use crate::integrators::rates::{fastest_rate, squares};
+use crate::integrators::rosenbrock::{FACTORIZATION, JACOBIAN};
+use crate::integrators::tableaus::RODAS5P;
 use crate::integrators::{HybridSystem, NextLimits, StateAt, Stats, Stepper};
 use crate::numerics::instant::Instant;
 use crate::numerics::logarithm::{binary_logarithm, binary_power, power};
@@ -56,6 +58,8 @@ const LARGEST_STIFFNESS: f64 = 2.5;
 const CLEARLY_LONGER: f64 = 1.1;
 /// Its binary logarithm.
 const CLEARLY: f64 = binary_logarithm(CLEARLY_LONGER);
+/// Growth of a step that pays for one of Rodas5P: the ratio of their work.
+const PAYING: f64 = (RODAS5P.stages as f64 + JACOBIAN + FACTORIZATION) / Adams::WORK;
 
 /// The method with its scratch memory.
 #[derive(Clone, Debug)]
@@ -99,6 +103,10 @@ pub struct Adams {
 }
 
 impl Adams {
+    /// Evaluations of a step, and of one that starts anew.
+    pub(super) const WORK: f64 = 2.0;
+    pub(super) const STARTING_WORK: f64 = Start::EVALUATIONS as f64 + 1.0;
+
     /// The method for `d` degrees of freedom.
     pub fn new(d: usize) -> Self {
         Self {
@@ -384,8 +392,9 @@ impl Stepper for Adams {
         }
     }
 
-    fn reject(&mut self) {
+    fn reject(&mut self, _next: f64, _stats: &Stats) -> Option<f64> {
         self.failures += 1;
+        None
     }
 
     fn step(&mut self) -> &mut DenseStep {
@@ -428,7 +437,11 @@ impl Stepper for Adams {
             d => self.advance(d),
         };
         self.step.embedded_order = self.order;
-        let possible_growth = Some(self.possible_growth);
-        NextLimits { largest_growth: self.stable_growth(), possible_growth, ..NextLimits::UNLIMITED }
+        let largest_growth = self.stable_growth();
+        if largest_growth < CLEARLY_LONGER && self.possible_growth > PAYING {
+            stats.limited += 1;
+            stats.enough += PAYING / self.possible_growth;
+        }
+        NextLimits { largest_growth, possible_growth: Some(self.possible_growth) }
     }
 }
