@@ -37,6 +37,7 @@ CODES = {
     "energy_balance": "the energy does not balance",
     "stability": "stability, not accuracy, limits the steps of the method",
     "unknown_samples": "samples at a change point, where forces are not known",
+    "unseen_load": "a load or drive whose formula could not be bounded between the instants of a step",
     "work_unknown": "work that the run before did not count",
     HORIZON: "single values are not predictable (a `HorizonWarning`)",
     "other_scene": "a run continues with another scene",

@@ -214,6 +214,7 @@ SETTINGS = (
         f"relative tolerance of the integrator, {LEAST_RTOL:g} to {MOST_RTOL:g} (default: the file's, or "
         "1e-6; for kind band of a study 1e-4)",
     ),
+    Option("--max-step", Kind("T"), "longest step of the integrator [s] (default: the file's, or none)"),
 )
 THREADS = Option("--threads", Kind("N", threads), "threads for the simulations (default: all processors)")
 # Where the runs of a study are made, how long they may take, and what keeps them.

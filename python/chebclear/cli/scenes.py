@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 # What takes longer [s] is announced.
 _LONG = 30.0
-_SETTINGS = ("duration", "skip", "samples", "outputs", "method")
+_SETTINGS = ("duration", "skip", "samples", "outputs", "method", "max_step")
 ORBIT = ("eccentricity", "eccentricity_x", "eccentricity_y", "penetration")
 """Quantities of a joint that the path of its journal takes."""
 

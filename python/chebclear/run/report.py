@@ -258,7 +258,8 @@ def run_script(settings: Settings, outputs: Sequence[str]) -> Listing:
 def settings_in_script(settings: Settings) -> dict[str, Any]:
     """Keywords of `simulate` and `Study` that differ from their defaults."""
     names = (
-        "duration samples skip rtol method outputs max_steps max_events position_tolerance velocity_tolerance"
+        "duration samples skip rtol method outputs max_step max_steps max_events position_tolerance "
+        "velocity_tolerance"
     )
     defaults = {"skip": 0.0, "max_steps": 10_000_000, "max_events": 1_000_000}
     kept = {name: getattr(settings, name) for name in names.split()}

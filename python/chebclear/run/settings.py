@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -54,6 +55,7 @@ class StepOptions(TypedDict, total=False):
 
     rtol: float
     method: str
+    max_step: float | None
     max_steps: int
     max_events: int
     position_tolerance: float | None
@@ -93,6 +95,10 @@ class Settings(Shown):
     outputs : sequence of str, optional
         Names of the columns to return, or patterns such as ``"energy.*"``; all quantities of bodies,
         clearance joints and drives if not given. ``scene.check()`` lists them, and further ones.
+    max_step : float, optional
+        Longest step of the integrator [s]; no limit if not given, or infinite. Loads that depend on time or
+        on the motion limit steps themselves where they change faster than a step sees; this is for what no
+        run can know.
     max_steps, max_events : int
         Attempted steps, accepted or rejected, and changes of contact after which a run fails [-].
     position_tolerance : float, optional
@@ -128,6 +134,7 @@ class Settings(Shown):
     rtol: float = 1e-6
     method: str = "auto"
     outputs: Sequence[str] | None = None
+    max_step: float | None = field(default=None, metadata=unit("s"))
     max_steps: int = MAX_STEPS
     max_events: int = MAX_EVENTS
     position_tolerance: float | None = field(default=None, metadata=unit("m"))
@@ -261,6 +268,8 @@ def checked_settings(
     found = dict(values)
     for item in fields:
         name, value, kind = item.name, values[item.name], str(item.type)
+        if name == "max_step" and isinstance(value, float) and value == math.inf:
+            value = found[name] = None  # as SciPy says it
         if kind.startswith("float") and (value is not None or not kind.endswith("| None")):
             found[name] = own.number(names[name], value, symbols.get(name, "-"))
         elif kind == "int":

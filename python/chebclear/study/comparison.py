@@ -61,7 +61,10 @@ class BoundErrors(files.ArrayRecord):
 
 
 # Settings that change bounds.
-_SETTINGS = ("duration", "skip", "samples", "rtol", "method", "position_tolerance", "velocity_tolerance")
+_SETTINGS = (
+    *("duration", "skip", "samples", "rtol", "method", "max_step"),
+    *("position_tolerance", "velocity_tolerance"),
+)
 # Most values of scenes that are listed.
 _MOST_LINES = 4
 _FIELDS = tuple(item.name for item in dataclasses.fields(BoundErrors))

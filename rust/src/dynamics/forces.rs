@@ -86,7 +86,7 @@ impl Dynamics<'_> {
     }
 
     /// Adds the generalized force of a torque on the second frame and its reaction on the first.
-    fn add_couple(&self, frames: [usize; 2], torque: f64, forces: &mut [f64]) {
+    pub(super) fn add_couple(&self, frames: [usize; 2], torque: f64, forces: &mut [f64]) {
         for (frame, sign) in frames.into_iter().zip([-1.0, 1.0]) {
             for &(column, i) in &self.tree.paths[frame].free {
                 forces[i] += sign * self.states[column + 1].rotation * torque;
@@ -173,6 +173,13 @@ impl Dynamics<'_> {
     pub fn applied_force(&self, applied: &AppliedForce) -> Vec2 {
         let [x, y] = applied.components.each_ref().map(|component| self.load(component));
         self.in_world(applied, Vec2::new(x, y))
+    }
+
+    /// The unit vector of a component of an applied force in the world frame.
+    pub(super) fn component(&self, applied: &AppliedForce, axis: usize) -> Vec2 {
+        let mut unit = Vec2::zeros();
+        unit[axis] = 1.0;
+        self.in_world(applied, unit)
     }
 
     /// A vector along the axes of an applied force in the world frame.

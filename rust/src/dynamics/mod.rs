@@ -35,7 +35,7 @@ pub use loads::{SwitchDistance, Uncertainty};
 use loops::Loops;
 pub use loops::{Correction, FirstOrder};
 pub use reactions::Wrench;
-pub use response::Accelerance;
+pub use response::{Accelerance, Acting};
 
 use crate::contact::pair::Phase;
 use crate::numerics::instant::Instant;

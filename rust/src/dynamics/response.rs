@@ -1,11 +1,11 @@
-//! Instantaneous response to a pair of forces: relative acceleration and effective mass.
+//! Instantaneous response to forces: relative acceleration and effective mass of a pair, and what a load makes of velocities.
 
 use crate::numerics::accuracy::ROUNDING_OF_SOLUTION;
 use nalgebra::Matrix2;
 
 use super::Dynamics;
 use crate::numerics::linear::symmetric_solve;
-use crate::tree::elements::FramePoint;
+use crate::tree::elements::{FramePoint, Scales};
 use crate::tree::kinematics::Vec2;
 
 /// Accelerance of a pair of points: relative acceleration per unit force between them [1/kg], the inverse of
@@ -27,7 +27,84 @@ impl Accelerance {
     }
 }
 
+/// How a load acts, by the index of what exerts it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Acting {
+    /// As a component of an applied force.
+    Force {
+        /// Index of the force.
+        index: usize,
+        /// Its axis.
+        axis: usize,
+    },
+    /// As a torque on the second frame, and its reaction on the first.
+    Couple([usize; 2]),
+    /// As the further tension of a spring or damper.
+    Pull(usize),
+    /// As the stiffness or damping of a bushing.
+    Bushing {
+        /// Index of the bushing.
+        index: usize,
+        /// Which of both.
+        is_damping: bool,
+    },
+    /// The same of a torsion spring.
+    Torsion {
+        /// Index of the spring.
+        index: usize,
+        /// Which of both.
+        is_damping: bool,
+    },
+}
+
 impl Dynamics<'_> {
+    /// Acceleration of points [m/s²] at most per unit of a load, after [`Dynamics::acceleration`].
+    pub fn response_to(&mut self, acting: Acting, scales: &Scales) -> f64 {
+        let mut response = std::mem::take(&mut self.scratch);
+        response.fill(0.0);
+        self.add_unit(acting, &mut response);
+        symmetric_solve(&self.mass, response.len(), &mut response);
+        if !self.loops.right.is_empty() {
+            self.loops.right.fill(0.0);
+            self.loops.correct(&mut response);
+        }
+        let largest = scales.largest(&response);
+        self.scratch = response;
+        largest
+    }
+
+    /// Adds the generalized force of a load of one unit.
+    fn add_unit(&self, acting: Acting, forces: &mut [f64]) {
+        let tree = self.tree;
+        let mut add_pair = |points: [FramePoint; 2], force: Vec2| {
+            let positions = points.map(|point| self.point(point).position);
+            self.add_pair(points, positions, force, [0.0; 2], forces);
+        };
+        match acting {
+            Acting::Force { index, axis } => {
+                let force = self.component(&tree.applied_forces[index], axis);
+                // Ground does not move.
+                let ground = FramePoint { frame: 0, offset: Vec2::zeros() };
+                add_pair([ground, tree.applied_forces[index].point], force);
+            }
+            Acting::Pull(index) => {
+                let points = tree.links[tree.pulls[index].link].points;
+                let [e, _] = self.between(points);
+                add_pair(points, e / e.norm());
+            }
+            Acting::Bushing { index, is_damping } => {
+                let points = tree.bushings[index].points;
+                add_pair(points, self.between(points)[usize::from(is_damping)]);
+            }
+            Acting::Torsion { index, is_damping } => {
+                let torsion = &tree.torsions[index];
+                let torque = self.torsion_motion(torsion)[usize::from(is_damping)];
+                self.add_couple(torsion.frames, torque, forces);
+            }
+            Acting::Couple(frames) => self.add_couple(frames, 1.0, forces),
+        }
+    }
+
     /// Accelerance of the second point relative to the first, after [`Dynamics::acceleration`]: with all
     /// loops closed and unchanged contact forces.
     pub fn accelerance(&mut self, points: [FramePoint; 2]) -> Accelerance {

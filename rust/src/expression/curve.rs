@@ -123,6 +123,16 @@ impl Curve {
         (turns as i64, x - turns * self.span())
     }
 
+    /// Whether it repeats itself.
+    pub(super) fn repeats(&self) -> bool {
+        self.beyond == Beyond::Repeat
+    }
+
+    /// The piece of coefficients in which a number between its ends lies.
+    pub(super) fn piece_of(&self, x: f64) -> usize {
+        self.search(x)
+    }
+
     fn search(&self, x: f64) -> usize {
         self.inner_points().partition_point(|&point| point <= x)
     }

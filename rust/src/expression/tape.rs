@@ -320,7 +320,7 @@ impl Tape {
     // Inlined for the two number types: a call of its own would hide the length of the stack.
     #[inline(always)]
     fn run<S: Scalar>(&self, operations: &[Operation], variables: &[S], states: &[i64]) -> S {
-        let mut waiting = Stack { numbers: [S::constant(0.0); STACK], count: 0 };
+        let mut waiting = Stack::new(S::constant(0.0));
         let mut top = S::constant(0.0);
         for &operation in operations {
             match operation {
@@ -378,20 +378,25 @@ impl Tape {
 }
 
 /// The numbers that wait.
-struct Stack<S> {
+pub(super) struct Stack<S> {
     numbers: [S; STACK],
     count: usize,
 }
 
-impl<S: Scalar> Stack<S> {
+impl<S: Copy> Stack<S> {
     #[inline(always)]
-    fn push(&mut self, number: S) {
+    pub(super) fn new(number: S) -> Self {
+        Self { numbers: [number; STACK], count: 0 }
+    }
+
+    #[inline(always)]
+    pub(super) fn push(&mut self, number: S) {
         self.numbers[self.count % STACK] = number;
         self.count += 1;
     }
 
     #[inline(always)]
-    fn pop(&mut self) -> S {
+    pub(super) fn pop(&mut self) -> S {
         self.count -= 1;
         self.numbers[self.count % STACK]
     }

@@ -250,6 +250,10 @@ impl Stepper for Auto {
         self.active().estimate_inside(theta, q, v);
     }
 
+    fn nodes(&self) -> &'static [f64] {
+        if self.is_implicit { self.implicit.nodes() } else { self.explicit.nodes() }
+    }
+
     fn finish_dense(&mut self, system: &mut dyn HybridSystem, stats: &mut Stats) -> bool {
         self.active().finish_dense(system, stats)
     }

@@ -391,6 +391,11 @@ impl Run<'_> {
             } else {
                 match self.project() {
                     Projection::Unneeded | Projection::Done => {
+                        if let Some(part) = self.unseen_change() {
+                            let next = part * self.method.step().h;
+                            (h, was_refused) = self.reject(Status::StepUnderflow, next);
+                            continue;
+                        }
                         self.was_rejected |= was_refused;
                         // Without an event, the second value includes what the guards found at the end of the
                         // step.
@@ -404,6 +409,13 @@ impl Run<'_> {
             let next = factor * self.method.step().h;
             (h, was_refused) = self.reject(why, next);
         }
+    }
+
+    /// [`HybridSystem::unseen_change`] in the present step.
+    fn unseen_change(&mut self) -> Option<f64> {
+        let Self { system, method, t, .. } = self;
+        let (h, nodes) = (method.step().h, method.nodes());
+        system.unseen_change(*t, h, nodes, &mut |theta, q, v| method.estimate_inside(theta, q, v))
     }
 
     fn project(&mut self) -> Projection {
@@ -444,7 +456,7 @@ impl Run<'_> {
         if self.projection != Projection::Unneeded {
             self.system.guards(self.t.into(), &self.q, &self.v, &mut self.start_guards);
         }
-        if go_on { Ok(()) } else { Err((Status::Cancelled, None)) }
+        go_on.map_err(|status| (status, None))
     }
 
     /// Length of the next step, after an accepted one of length `h` with `error`.

@@ -19,6 +19,10 @@ use crate::numerics::instant::Instant;
 /// imaginary axis (oscillation). Half, twice: work +1, +1 % (35 of 122 runs).
 const STABLE: f64 = 5.9;
 
+/// The first slope after that at the start with a weight in the solution.
+const WEIGHTED: usize = 5;
+/// Instants of the slopes.
+static INSTANTS: [f64; SLOPES] = C;
 /// Weights of the slopes before each one.
 static ROWS: [Weights; SLOPES] = {
     let mut rows = [Weights::sparse(&[]); SLOPES];
@@ -161,6 +165,11 @@ impl Stepper for Dop853 {
         let (inside_q, inside_v) = self.argument.split_at(self.d);
         q.copy_from_slice(inside_q);
         v.copy_from_slice(inside_v);
+    }
+
+    fn nodes(&self) -> &'static [f64] {
+        // The slopes between have no weight in the solution and in the estimates of its error.
+        &INSTANTS[WEIGHTED..STAGES]
     }
 
     fn finish_dense(&mut self, system: &mut dyn HybridSystem, stats: &mut Stats) -> bool {

@@ -122,13 +122,29 @@ pub trait HybridSystem {
         Projection::Unneeded
     }
 
+    /// Whether what acts changes in a step of length `h` [s] from `t` [s] by more than the method sees, which asks for the
+    /// accelerations at parts of the step, the `nodes`; a multistep method at the ends of its steps. `state` writes the
+    /// approximate state at a part of the step. Returns the part that a shorter step may take.
+    fn unseen_change(
+        &mut self,
+        _t: f64,
+        _h: f64,
+        _nodes: &[f64],
+        _state: &mut dyn FnMut(f64, &mut [f64], &mut [f64]),
+    ) -> Option<f64> {
+        None
+    }
+
     /// Rewrites the positions of an accepted step as an equivalent state with smaller rounding errors, from
     /// which the next step starts: angles without their full turns.
     fn wrap_angles(&mut self, _q: &mut [f64]) {}
 
-    /// Receives every accepted step, before any change of phase at its end; false cancels the integration.
-    fn accepted(&mut self, _step: &DenseStep) -> bool {
-        true
+    /// Receives every accepted step, before any change of phase at its end.
+    ///
+    /// # Errors
+    /// Why the integration must end there.
+    fn accepted(&mut self, _step: &DenseStep) -> Result<(), Status> {
+        Ok(())
     }
 }
 
@@ -172,6 +188,10 @@ pub trait Stepper {
     /// Approximate state at the fraction `theta` of the step, without further evaluations. It decides whether
     /// guards must be evaluated on the dense output.
     fn estimate_inside(&mut self, theta: f64, q: &mut [f64], v: &mut [f64]);
+
+    /// Parts of a step at which it asks for accelerations; none of a multistep method, which knows those of the steps
+    /// before.
+    fn nodes(&self) -> &'static [f64];
 
     /// Completes the dense output of the step; false where something is not finite.
     fn finish_dense(&mut self, system: &mut dyn HybridSystem, stats: &mut Stats) -> bool;
@@ -360,7 +380,8 @@ impl Stats {
 /// Limits of an integration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Most attempts of a step, accepted or not; relocations do not count.
+    /// Most attempts of a step, accepted or not; relocations do not count. As many pieces of steps may be integrated or
+    /// searched by observers, besides one for each step.
     pub max_steps: usize,
     /// Most events.
     pub max_events: usize,

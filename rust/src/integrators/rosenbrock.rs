@@ -197,6 +197,10 @@ impl Stepper for Rosenbrock {
         self.step.at(theta, q, v);
     }
 
+    fn nodes(&self) -> &'static [f64] {
+        self.tableau.alpha
+    }
+
     fn finish_dense(&mut self, _system: &mut dyn HybridSystem, _stats: &mut Stats) -> bool {
         self.write_dense();
         true

@@ -26,7 +26,9 @@ pub(crate) fn speed_scale(tree: &Tree, dynamics: &Dynamics, length: f64) -> f64 
         Load::Time(function) => function.scales()[0],
         Load::Motion(index) => {
             let load = &tree.motion_loads[*index];
-            dynamics.motion_load(load).abs().max(load.tape.largest())
+            // A formula that has a bound may be near it later, whatever it is at the start.
+            let bound = load.tape.bound();
+            if bound.is_finite() { bound } else { dynamics.motion_load(load).abs().max(load.tape.largest()) }
         }
     };
     let in_growing = |load: &Load, mass: f64| match load {

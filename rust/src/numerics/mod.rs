@@ -1,4 +1,4 @@
-//! Numerical tools without mechanics: dual numbers, small dense linear algebra, instants and angles that keep
+//! Numerical tools without mechanics: dual numbers, ranges, small dense linear algebra, instants and angles that keep
 //! their digits in long runs, sines and cosines of angles that change little, splines, logarithms to a few
 //! digits. In:
 //! numbers; out: numbers. Uses no other room.
@@ -7,6 +7,7 @@ pub mod accuracy;
 pub mod dual;
 pub mod extremum;
 pub mod instant;
+pub mod interval;
 pub mod jet;
 pub mod linear;
 pub mod logarithm;

@@ -4,6 +4,7 @@
 use std::f64::consts::PI;
 
 use crate::dynamics::Dynamics;
+use crate::integrators::Status;
 use crate::integrators::dense::DenseStep;
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::accuracy::NEWTON_STEPS;
@@ -36,13 +37,20 @@ pub(crate) struct Motion<'a> {
     pub(crate) counts_work: bool,
     /// Whether the run goes on, asked with the time [s].
     pub(crate) monitor: &'a dyn Fn(f64) -> bool,
+    /// How many pieces of steps may still be visited, besides one for each step.
+    pieces_left: usize,
     /// Length of the pieces over which work is integrated [s], if all drives have constant speed.
     uniform_piece: Option<f64>,
 }
 
 impl<'a> Motion<'a> {
     /// The motion of a mechanism, which has no state yet.
-    pub(crate) fn new(mechanism: &'a Mechanism, counts_work: bool, monitor: &'a dyn Fn(f64) -> bool) -> Self {
+    pub(crate) fn new(
+        mechanism: &'a Mechanism,
+        counts_work: bool,
+        monitor: &'a dyn Fn(f64) -> bool,
+        most_pieces: usize,
+    ) -> Self {
         let d = mechanism.degrees_of_freedom();
         let dynamics = Box::new(Dynamics::new(mechanism));
         Self {
@@ -56,8 +64,26 @@ impl<'a> Motion<'a> {
             work: Work::new(mechanism.slots.len(), mechanism.dry_joints.len()),
             counts_work,
             monitor,
+            pieces_left: most_pieces,
             uniform_piece: uniform_piece(mechanism),
         }
+    }
+
+    /// Asks whether the run goes on at an instant [s].
+    ///
+    /// # Errors
+    /// Why it must end.
+    pub(crate) fn goes_on(&self, t: f64) -> Result<(), Status> {
+        if !(self.monitor)(t) {
+            return Err(Status::Cancelled);
+        }
+        if self.pieces_left > 0 { Ok(()) } else { Err(Status::MaxSteps) }
+    }
+
+    /// The same before a further piece of a step, which is counted.
+    pub(crate) fn visits_further_piece(&mut self, t: f64) -> bool {
+        self.pieces_left = self.pieces_left.saturating_sub(1);
+        self.goes_on(t).is_ok()
     }
 
     /// Sets the states of expressions and tables to those of a state of the mechanism.
@@ -195,10 +221,10 @@ impl<'a> Motion<'a> {
         self.dynamics.accelerate(&self.a);
     }
 
-    /// Length [s] of the piece of a step from `t` on over which Gauss's quadrature integrates the powers of the
+    /// Length [s] of the piece of a step from `t` on, which has `most` [s] left, over which Gauss's quadrature integrates the powers of the
     /// drives to rounding.
-    pub(crate) fn piece_of_work(&self, t: f64) -> f64 {
-        piece_of_work(self.mechanism, self.uniform_piece, t)
+    pub(crate) fn piece_of_work(&self, t: f64, most: f64) -> f64 {
+        piece_of_work(self.mechanism, self.uniform_piece, t, most)
     }
 
     /// Adds the powers of a state over a time `dt` [s] to the work.
@@ -222,7 +248,7 @@ impl<'a> Motion<'a> {
         let (mut q, mut v) = (std::mem::take(&mut self.q), std::mem::take(&mut self.v));
         let mut from = step.t;
         while from < to {
-            let next = (from + self.piece_of_work(from)).min(to);
+            let next = (from + self.piece_of_work(from, to - from)).min(to);
             for &(place, weight) in nodes {
                 let t = from + place * (next - from);
                 let theta = step.part_until(t);
@@ -231,8 +257,8 @@ impl<'a> Motion<'a> {
                 self.add_work(t, &q, &v, weight * (next - from));
             }
             from = next;
-            if from < to && !(self.monitor)(step.t) {
-                // Cancelled: this step is the last one.
+            if from < to && !self.visits_further_piece(step.t) {
+                // This step is the last one.
                 break;
             }
         }

@@ -88,8 +88,10 @@ fn follow_path(
         v.copy_from_slice(end_v);
         (outcome.time, last, bound) = (next, step, limits.max_step.min(growth * (next - t)));
         outcome.stats.steps += 1;
-        if !(system.motion.monitor)(next) {
-            return Err(Halt::Cancelled);
+        match system.motion.goes_on(next) {
+            Ok(()) => {}
+            Err(Status::MaxSteps) => return Err(Halt::Limit),
+            Err(_) => return Err(Halt::Cancelled),
         }
         if next < end {
             path.go_on(|q| system.motion.wrap(q));

@@ -101,6 +101,10 @@ impl<'a> Samples<'a> {
                 self.work_of_steps.clone_from(&motion.work);
                 motion.add_work_of(&GAUSS, step, t);
             }
+            if motion.goes_on(step.t).is_err() {
+                // This step is the last one.
+                break;
+            }
             motion.move_inside(step, t);
             self.take(motion, t);
             if motion.counts_work {

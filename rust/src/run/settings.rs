@@ -175,6 +175,7 @@ fn read(fields: &mut Fields) -> Settings {
         companion_of: fields
             .optional_quantity("companion_of", within([rtol.max(RTOL_RANGE[0]), RTOL_RANGE[1]], "-")),
         limits: Limits {
+            max_step: fields.optional_quantity("max_step", positive("s")).unwrap_or(limits.max_step),
             max_steps: fields.count_or("max_steps", limits.max_steps, COUNT_RANGE),
             max_events: fields.count_or("max_events", limits.max_events, COUNT_RANGE),
             ..limits

@@ -18,6 +18,7 @@ use crate::run::settings::Settings;
 use crate::run::tracking::Tracking;
 use crate::run::warnings::of_scene;
 use crate::run::work::balance::Balance;
+use crate::run::work::inputs::{Inputs, StateAt as StateInside, Stretch};
 use crate::tree::elements::State;
 
 /// First step of a run relative to the time in which the mechanism moves by its own size. Rejections shorten
@@ -35,6 +36,8 @@ pub(crate) struct System<'a> {
     pub(crate) balance: Balance,
     /// [`Tree::has_dampers`](crate::tree::elements::Tree::has_dampers).
     has_dampers: bool,
+    /// Loads and drives that no step may step over.
+    pub(crate) inputs: Inputs<'a>,
     /// Accelerations at the start of the step.
     start: Vec<f64>,
     /// Largest correction that closed the loops after a step [m].
@@ -55,7 +58,7 @@ impl<'a> System<'a> {
         from: f64,
     ) -> Self {
         let counts_work = Needs::of(&table.0).work || plan.needs.work;
-        let mut motion = Motion::new(mechanism, counts_work, monitor);
+        let mut motion = Motion::new(mechanism, counts_work, monitor, settings.limits.max_steps);
         motion.work.sectors = asked_sectors(mechanism, table.0.iter().copied().chain(plan.columns()));
         let samples = Samples::new(settings, table, from);
         Self {
@@ -66,6 +69,7 @@ impl<'a> System<'a> {
             balance: Balance::new(mechanism, settings, from),
             samples,
             has_dampers: mechanism.tree.has_dampers(),
+            inputs: Inputs::of(mechanism),
             start: vec![0.0; mechanism.degrees_of_freedom()],
             largest_projection: 0.0,
             warnings: of_scene(mechanism),
@@ -180,6 +184,7 @@ impl HybridSystem for System<'_> {
 
     fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> Result<f64, Status> {
         self.tracking.interrupt();
+        self.inputs.forget();
         let crossing = self.phases.cross(&mut self.motion, guard, StateAt { t, q, v })?;
         if crossing.has_jump {
             self.balance.forget_state();
@@ -211,6 +216,11 @@ impl HybridSystem for System<'_> {
         }
     }
 
+    fn unseen_change(&mut self, t: f64, h: f64, nodes: &[f64], state: &mut StateInside) -> Option<f64> {
+        let tolerance = self.phases.tolerances.velocity;
+        self.inputs.unseen(&mut self.motion, Stretch { t, h, nodes }, tolerance, state)
+    }
+
     fn wrap_angles(&mut self, q: &mut [f64]) {
         self.motion.wrap(q);
     }
@@ -220,7 +230,7 @@ impl HybridSystem for System<'_> {
         self.balance.may_check(step, &self.motion) || self.tracking.wants(end) || self.samples.wants(end)
     }
 
-    fn accepted(&mut self, step: &DenseStep) -> bool {
+    fn accepted(&mut self, step: &DenseStep) -> Result<(), Status> {
         let motion = &mut self.motion;
         if step.h > 0.0 {
             self.phases.log.accepted(step, motion);
@@ -228,6 +238,6 @@ impl HybridSystem for System<'_> {
             self.tracking.accepted(step, motion);
         }
         self.balance.accepted(step, motion);
-        (motion.monitor)(step.end_time())
+        motion.goes_on(step.end_time())
     }
 }

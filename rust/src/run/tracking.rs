@@ -129,7 +129,7 @@ impl Tracking {
             let from = self.reached;
             let bound = self.bounds[self.piece + 1];
             // A drive may make many turns in one step.
-            let to = end.min(bound).min(from + motion.piece_of_work(from));
+            let to = end.min(bound).min(from + motion.piece_of_work(from, end - from));
             if !self.track_part(from, to, motion, state) {
                 return false;
             }
@@ -137,8 +137,8 @@ impl Tracking {
             if to >= bound {
                 self.piece += 1;
             }
-            if self.wants(end) && !(motion.monitor)(from) {
-                // Cancelled: this step is the last one.
+            if self.wants(end) && !motion.visits_further_piece(from) {
+                // This step is the last one.
                 break;
             }
         }

@@ -303,6 +303,10 @@ pub fn record<'a>(
         let limits = system.limits();
         integrate(&mut system, &mut *method, limits, from, end, &mut q, &mut v)
     };
+    if system.samples.wants(outcome.time) {
+        // The last step was not sampled to its end.
+        outcome.time = system.samples.last_taken().max(from);
+    }
     // The motion itself may go on where a force or an energy is beyond the largest number.
     if let Some(time) = system.samples.first_not_finite() {
         (outcome.status, outcome.time) = (Status::NonFinite, time);
@@ -330,6 +334,7 @@ fn finished(mut system: System, mut outcome: Outcome, mut end: State) -> Traject
     let mut warnings = std::mem::take(&mut system.warnings);
     warnings
         .extend(of_run(mechanism, &system.phases.tolerances, &system.phases.log, &system.balance, unknown));
+    warnings.extend(system.inputs.notices());
     let restart = (outcome.status == Status::Done).then(|| Restart {
         time: outcome.time,
         parts: parts(mechanism),

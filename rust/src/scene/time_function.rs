@@ -5,8 +5,10 @@
 //! values late in a long run are as accurate as at its start.
 
 use crate::expression::curve::Curve;
+use crate::expression::enclosure::Enclosure;
 use crate::expression::tape::Tape;
 use crate::numerics::instant::{Instant, exact_product, exact_sum};
+use crate::numerics::interval::Interval;
 use crate::numerics::turns::{Turns, unwind_exactly, unwind_sum};
 
 /// Instants [s] at which the size of a formula of the time is judged, irregular so that no period hides it.
@@ -101,6 +103,31 @@ impl TimeFunction {
         }
     }
 
+    /// Ranges of the value and of the first N - 1 of three derivatives between two instants [s], of a function that may
+    /// change between two instants more than its values there tell; polynomials do not, and a run ends a step at every
+    /// point of a table.
+    pub fn ranges<const N: usize>(&self, from: f64, to: f64) -> Option<[Interval; N]> {
+        let time = Interval { lower: from, upper: to };
+        match self {
+            TimeFunction::Polynomial(_) | TimeFunction::Table(_) => None,
+            &TimeFunction::Harmonic { mean, amplitude, angular_frequency, phase } => {
+                let angle = time * angular_frequency + Interval::point(phase);
+                let (sine, cosine) = (angle.sin() * amplitude, angle.cos() * amplitude);
+                let square = angular_frequency * angular_frequency;
+                Some(std::array::from_fn(|order| match order {
+                    0 => sine + Interval::point(mean),
+                    1 => cosine * angular_frequency,
+                    2 => -sine * square,
+                    _ => -cosine * square * angular_frequency,
+                }))
+            }
+            TimeFunction::Formula(tape) => {
+                let Enclosure(ranges) = tape.enclose(&[Enclosure::quantity(time, Interval::point(1.0))]);
+                Some(ranges)
+            }
+        }
+    }
+
     /// Whether value and derivatives are those of `c_0 + c_1 t`.
     pub fn is_linear(&self) -> bool {
         matches!(self, TimeFunction::Polynomial(coefficients) if coefficients.len() <= 2)
@@ -128,6 +155,13 @@ impl TimeFunction {
     /// zero.
     pub fn fastest(&self, distance: f64) -> f64 {
         let [_, mut rate] = self.scales();
+        if let TimeFunction::Formula(tape) = self {
+            // What a formula does after that may lie far beyond the run, as of a law for a motion of some time.
+            let start = tape.of_time(0.0)[0];
+            let moved = |t: &&f64| (tape.of_time(**t)[0] - start).abs() <= distance;
+            let last = SOME_INSTANTS.iter().take_while(moved).count() + 1;
+            [_, rate] = largest(&SOME_INSTANTS[..last.min(SOME_INSTANTS.len())], |t| tape.of_time(t));
+        }
         let span = self.time_to_move(distance);
         if matches!(self, TimeFunction::Polynomial(_)) && span.is_finite() && !self.is_linear() {
             for part in [0.25, 0.5, 0.75, 1.0] {

@@ -1,8 +1,11 @@
 //! The language of expressions: values and derivatives against the same formulas in Rust, and what it refuses.
 
 use chebclear::expression::dimension::{Dimension, FORCE, PLAIN, dimension};
+use chebclear::expression::enclosure::Enclosure;
 use chebclear::expression::grammar::parse;
 use chebclear::expression::tape::Tape;
+use chebclear::numerics::interval::Interval;
+use chebclear::numerics::jet::Jet;
 
 use crate::support::{Random, derivative};
 
@@ -81,6 +84,70 @@ fn values_and_derivatives_are_those_of_the_formula() {
                 assert!((gradient[k] - slope).abs() <= 1e-7 * size, "{text}: {} and {slope}", gradient[k]);
             }
         }
+    }
+}
+
+/// Whether a range holds a number but for rounding.
+fn holds(range: Interval, number: f64) -> bool {
+    let rounding = 1e-9 * number.abs().max(1.0);
+    range.lower - rounding <= number && number <= range.upper + rounding
+}
+
+#[test]
+fn ranges_hold_all_values_and_derivatives_on_the_way() {
+    let mut random = Random(5);
+    for (text, _) in FORMULAS {
+        let tape = compiled(text);
+        for round in 0..100 {
+            // On a straight way, short or long.
+            let start: [f64; 3] = std::array::from_fn(|_| random.within(0.5, 5.0));
+            let size = if round % 2 == 0 { 0.05 } else { 5.0 };
+            let rates = start.map(|from| (random.within(0.5, 5.0) - from) * size / 5.0);
+            let way = [0, 1, 2].map(|k| {
+                Enclosure::<4>::quantity(
+                    Interval::between(start[k], start[k] + rates[k]),
+                    Interval::point(rates[k]),
+                )
+            });
+            let Enclosure(ranges) = tape.enclose(&way);
+            for _ in 0..10 {
+                let part = random.unit();
+                let at = [0, 1, 2].map(|k| start[k] + part * rates[k]);
+                let jets = [0, 1, 2].map(|k| Jet([at[k], rates[k], 0.0, 0.0]));
+                let Jet(exact) = tape.value(&jets, &settled(&tape, &at));
+                for (order, (range, exact)) in ranges.iter().zip(exact).enumerate() {
+                    assert!(holds(*range, exact), "{text}, order {order} at {at:?}: {exact} in {range:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn ranges_close_in_on_the_value() {
+    let mut random = Random(6);
+    for (text, _) in FORMULAS {
+        let tape = compiled(text);
+        let at: [f64; 3] = std::array::from_fn(|_| random.within(0.5, 5.0));
+        let near = at.map(|x| Enclosure::<1>::quantity(Interval::between(x, x + 1e-9), Interval::WHOLE));
+        let Enclosure([range]) = tape.enclose(&near);
+        let value = tape.value(&at, &settled(&tape, &at));
+        assert!(range.holds(value) || holds(range, value), "{text}");
+        assert!(range.upper - range.lower < 1e-4 * value.abs().max(1.0), "{text}: {range:?}");
+    }
+}
+
+#[test]
+fn a_formula_has_the_bound_that_it_has_everywhere() {
+    for (text, bound) in [
+        ("7*exp(-((x - 1)/0.01)**2)", 7.0),
+        ("50*exp(200*(cos(x) - 1))", 50.0),
+        ("3*sin(x*y) - 2", 5.0),
+        ("if(x < y, 800, -20)", 800.0),
+        ("4*tanh(x)/(1 + y**2)", 4.0),
+        ("-k*x", f64::INFINITY),
+    ] {
+        assert_eq!(compiled(text).bound(), bound, "{text}");
     }
 }
 

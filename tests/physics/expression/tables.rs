@@ -2,6 +2,8 @@
 
 use chebclear::expression::curve::{Beyond, Curve, Interpolation};
 
+use chebclear::numerics::interval::Interval;
+
 use crate::support::Random;
 
 const WAYS: [Interpolation; 3] = [Interpolation::Linear, Interpolation::Monotone, Interpolation::Cubic];
@@ -82,4 +84,37 @@ fn bad_points_are_refused() {
     assert!(refused(&[0.0, 0.0], &[1.0, 2.0], Beyond::End).contains("increase"));
     assert!(refused(&[0.0, f64::NAN], &[1.0, 2.0], Beyond::End).contains("finite"));
     assert!(refused(&[0.0, 1.0], &[1.0, 2.0], Beyond::Repeat).contains("ends with its first value"));
+}
+
+#[test]
+fn ranges_hold_all_values_of_a_curve_and_no_more_than_it_has() {
+    let mut random = Random(11);
+    for count in [2, 3, 5, 9] {
+        let (points, values) = points(&mut random, count);
+        let span = points[count - 1] - points[0];
+        for way in WAYS {
+            for beyond in [Beyond::Hold, Beyond::Repeat] {
+                let curve = Curve::new(&points, &values, way, beyond).unwrap();
+                for _ in 0..20 {
+                    let from = random.within(points[0] - 2.0 * span, points[count - 1] + span);
+                    let over = Interval::between(from, from + random.within(0.0, 1.5) * span);
+                    let [value, slope, ..] = curve.ranges(over);
+                    let places: Vec<f64> =
+                        (0..=2000).map(|k| from + (over.upper - from) * k as f64 / 2000.0).collect();
+                    let known: Vec<f64> = places.iter().map(|&x| at(&curve, x)).collect();
+                    let lowest = known.iter().copied().fold(f64::INFINITY, f64::min);
+                    let highest = known.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                    assert!(value.lower <= lowest + 1e-9 && highest <= value.upper + 1e-9, "{way:?}");
+                    let width = over.upper - over.lower;
+                    let steepest = slope.magnitude() * width / 2000.0 + 1e-9;
+                    assert!(lowest - value.lower <= steepest && value.upper - highest <= steepest, "{way:?}");
+                    for pair in known.windows(2) {
+                        let mean = (pair[1] - pair[0]) * 2000.0 / width;
+                        let rounding = 1e-6 * slope.magnitude().max(1.0);
+                        assert!(slope.lower - rounding <= mean && mean <= slope.upper + rounding, "{way:?}");
+                    }
+                }
+            }
+        }
+    }
 }

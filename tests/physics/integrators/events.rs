@@ -501,9 +501,9 @@ fn a_relocation_is_a_step_like_any_other() {
             assert_eq!((last.end_time(), &last.end[..]), (t, &[q[0], v[0]][..]));
             self.0.cross(index, t, q, v)
         }
-        fn accepted(&mut self, step: &DenseStep) -> bool {
+        fn accepted(&mut self, step: &DenseStep) -> Result<(), Status> {
             self.1.push(step.clone());
-            true
+            Ok(())
         }
     }
     let mut system = Seen(Switching::new(|q, _| (-q, -1.0), vec![height()]), Vec::new());

@@ -73,7 +73,7 @@ impl HybridSystem for Compared<'_> {
     fn tolerances(&self, position: &mut [f64], velocity: &mut [f64]) {
         self.inner.tolerances(position, velocity);
     }
-    fn accepted(&mut self, step: &DenseStep) -> bool {
+    fn accepted(&mut self, step: &DenseStep) -> Result<(), Status> {
         let d = self.dimension();
         let (mut q, mut v) = (vec![0.0; d], vec![0.0; d]);
         let mut error = |theta: f64| {
@@ -83,7 +83,7 @@ impl HybridSystem for Compared<'_> {
         self.ends = self.ends.max(error(1.0));
         self.inside = [0.2, 0.5, 0.8].into_iter().map(&mut error).fold(self.inside, f64::max);
         self.last = Some(step.clone());
-        true
+        Ok(())
     }
 }
 

@@ -101,10 +101,10 @@ impl HybridSystem for Watched<'_> {
         self.inner.tolerances(position, velocity);
     }
 
-    fn accepted(&mut self, step: &DenseStep) -> bool {
+    fn accepted(&mut self, step: &DenseStep) -> Result<(), Status> {
         self.steps.push((step.t, step.end_time()));
         self.errors.extend(self.problem.solution(step.end_time()).map(|exact| distance(&step.end, &exact)));
-        self.steps.len() < self.cancel_after
+        if self.steps.len() < self.cancel_after { Ok(()) } else { Err(Status::Cancelled) }
     }
 }
 

@@ -177,6 +177,10 @@ impl Stepper for Forgetful {
         self.inner.estimate_inside(theta, q, v);
     }
 
+    fn nodes(&self) -> &'static [f64] {
+        self.inner.nodes()
+    }
+
     fn finish_dense(&mut self, system: &mut dyn HybridSystem, stats: &mut Stats) -> bool {
         self.inner.finish_dense(system, stats)
     }

@@ -406,6 +406,10 @@ impl Stepper for Adams {
         self.step.at(theta, q, v);
     }
 
+    fn nodes(&self) -> &'static [f64] {
+        &[]
+    }
+
     fn finish_dense(&mut self, _system: &mut dyn HybridSystem, _stats: &mut Stats) -> bool {
         self.write_dense();
         true

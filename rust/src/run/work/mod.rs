@@ -1,8 +1,9 @@
 //! Integrals of powers over a run: input of drives and forces, losses in dampers and contacts, and the error
-//! of the energy balance. In: steps and the motion; out: work, losses, a warning. Uses `dynamics`,
+//! of the energy balance; and loads that change unseen in a step. In: steps and the motion; out: work, losses, a warning. Uses `dynamics`,
 //! `contact`, `integrators`.
 
 pub(crate) mod balance;
+pub(crate) mod inputs;
 pub(crate) mod pace;
 
 use serde::{Deserialize, Serialize};

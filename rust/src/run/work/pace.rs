@@ -1,6 +1,7 @@
 //! How far drives may move in one piece of a run: of the continuation of a kinematic solution, and of the work.
 
 use crate::mechanism::compiled::Mechanism;
+use crate::scene::time_function::TimeFunction;
 use crate::tree::elements::DrivenCoordinate;
 
 /// Rotation of a drive [rad] over which Gauss's quadrature with four points integrates its power to rounding.
@@ -31,13 +32,33 @@ pub(crate) fn continued(mechanism: &Mechanism, t: f64, last: f64, largest_rotati
     resolved(t, step)
 }
 
-/// Length [s] of the piece of a step from `t` on over which Gauss's quadrature integrates the powers of the
-/// drives to rounding; `uniform` is [`uniform_piece`].
-pub(crate) fn piece_of_work(mechanism: &Mechanism, uniform: Option<f64>, t: f64) -> f64 {
+/// Length [s] of the piece of a step from `t` on, at most `most` [s], over which Gauss's quadrature integrates the powers of
+/// the drives to rounding; `uniform` is [`uniform_piece`].
+pub(crate) fn piece_of_work(mechanism: &Mechanism, uniform: Option<f64>, t: f64, most: f64) -> f64 {
     match uniform {
         Some(piece) => resolved(t, piece),
-        None => continued(mechanism, t, f64::NAN, WORK_ROTATION),
+        None => resolved(t, continued(mechanism, t, f64::NAN, WORK_ROTATION).min(within(mechanism, t, most))),
     }
+}
+
+/// Length [s] of the piece from `t` on, at most `most` [s], in which no drive by a formula moves too far.
+fn within(mechanism: &Mechanism, t: f64, most: f64) -> f64 {
+    let mut step = most;
+    for driven in mechanism.driven.iter().filter(|driven| is_formula(driven)) {
+        let largest = largest_motion(mechanism, driven, WORK_ROTATION);
+        let moves_too_far = |step: f64| {
+            let ranges = driven.motion.ranges::<2>(t, t + step);
+            ranges.is_some_and(|[_, rate]| rate.magnitude() * step > largest)
+        };
+        while t + step > t && moves_too_far(step) {
+            step *= 0.5;
+        }
+    }
+    step
+}
+
+fn is_formula(driven: &DrivenCoordinate) -> bool {
+    matches!(driven.motion, TimeFunction::Formula(_))
 }
 
 /// Length [s] of the pieces in which drives at constant speed are resolved, the same at all times; `None` if a
@@ -52,7 +73,9 @@ fn first_rotation(mechanism: &Mechanism, largest_rotation: f64) -> f64 {
     let time = |driven: &DrivenCoordinate| {
         driven.motion.time_to_move(largest_motion(mechanism, driven, largest_rotation))
     };
-    mechanism.driven.iter().map(time).fold(shortest_drive_time(mechanism), f64::min)
+    // How fast formulas are at their fastest is not known; what they do ahead is looked at.
+    let known = mechanism.driven.iter().filter(|driven| !is_formula(driven));
+    known.map(time).fold(shortest_drive_time(mechanism), f64::min)
 }
 
 /// Largest motion of a drive in one step: an angle [rad], or the same fraction of the size of the mechanism [m].
