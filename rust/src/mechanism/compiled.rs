@@ -4,7 +4,7 @@ use std::ops::Deref;
 
 use crate::error::{InputError, Notice};
 use crate::mechanism::assembly::{Assembled, assemble};
-use crate::mechanism::balance::warning_of_equilibrium;
+use crate::mechanism::balance::{warning_of_equilibrium, warnings_of_springs};
 use crate::scene::parts::Scene;
 use crate::tree::elements::{Scales, State, Tree};
 
@@ -50,6 +50,7 @@ impl Mechanism {
         }
         let mut warnings = scene.implausible();
         warnings.extend(warning);
+        warnings.extend(warnings_of_springs(&tree, &start, scene));
         warnings.extend(warning_of_equilibrium(&tree, &start, &scales, scene));
         tree.add_friction(scene)?;
         Ok(Mechanism { tree, start, scales, branch, warnings })

@@ -8,7 +8,7 @@ mod functions;
 pub(crate) mod json;
 pub mod loads;
 pub mod parts;
-mod plausibility;
+pub(crate) mod plausibility;
 pub mod quantities;
 pub mod reader;
 pub mod time_function;

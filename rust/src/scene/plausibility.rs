@@ -17,15 +17,24 @@ use crate::scene::time_function::TimeFunction;
 /// Half and twice change no warning of the tests.
 const LONG: f64 = 2.0;
 /// Mass over the cube of the length [kg/m³] below which no body of that length is rigid. Blades of wind
-/// turbines have 0.04, fishing rods of carbon fiber 5e-4, booms that satellites unroll 2e-4; a bar in
-/// millimeters has 1e-7. Half changes no warning of the tests, twice one.
-const LIGHT: f64 = 1e-5;
+/// turbines have 0.04, fishing rods of carbon fiber 5e-4, booms that satellites unroll 2e-4; a crank in
+/// millimeters has 1e-7 to 1e-5.
+const LIGHT: f64 = 1e-4;
 /// Length [m] above that of any rigid body: the longest ship measured 458.
 /// Half and twice change no warning of the tests.
 const LONGEST: f64 = 500.0;
 /// Speed [m/s] at which every rotating part has burst: flywheels of carbon fiber reach 1400.
 /// Half and twice change no warning of the tests.
 const FASTEST: f64 = 2000.0;
+/// Speed of the drive of a linkage [rad/s], ten thousand revolutions per minute, from which a round one may be in
+/// revolutions per minute: 3000 rpm are 314 rad/s, and 3000 rad/s are reached by turbines alone.
+const MANY: f64 = 1000.0;
+/// Steps of speeds [rad/s] that are round as speeds in revolutions per minute are.
+const ROUND_SPEED: f64 = 50.0;
+/// Steps of usual speeds of motors [rpm].
+const ROUND_RPM: f64 = 500.0;
+/// Above the speed of usual motors [rpm].
+const MOST_RPM: f64 = 10_000.0;
 /// Radius [m] from which a journal may be one in millimeters. Half and twice change no warning of the tests.
 const LARGE_JOURNAL: f64 = 0.1;
 /// Implausible ratio of the radius of a journal to the reach of the bodies it joins, the distance to their
@@ -70,9 +79,16 @@ impl Scene {
 
     /// Warns of bodies that are too light or too long, and of drives that are too fast for their size.
     fn warn_of_lengths(&self, warnings: &mut Vec<Notice>) {
-        let lengths = self.bodies.iter().map(Body::extent);
-        let Some((index, longest)) = lengths.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b)) else {
+        let lengths = || self.bodies.iter().map(Body::extent).enumerate();
+        let Some((longest_body, longest)) = lengths().max_by(|(_, a), (_, b)| a.total_cmp(b)) else {
             return;
+        };
+        let is_light =
+            |&(index, length): &(usize, f64)| length > LONG && self.is_light(&self.bodies[index], length);
+        let light = lengths().filter(is_light).max_by(|(_, a), (_, b)| a.total_cmp(b));
+        let (index, longest) = match light {
+            Some(found) if longest <= LONGEST => found,
+            _ => (longest_body, longest),
         };
         let body = &self.bodies[index];
         let path = format!("bodies[{index}].points");
@@ -85,7 +101,7 @@ impl Scene {
                 short(longest)
             );
             warnings.push(Notice::of_field("long_body", path, vec![("length", longest)], message));
-        } else if longest > LONG && body.mass > 0.0 && body.mass < LIGHT * longest.powi(3) {
+        } else if light.is_some() {
             let message = format!(
                 "{:?} spans {} m and has a mass of {} kg, lighter than anything rigid of that length: {millimeters}",
                 body.name,
@@ -99,11 +115,36 @@ impl Scene {
         }
     }
 
+    /// Whether a body of a length is lighter than anything rigid.
+    fn is_light(&self, body: &Body, length: f64) -> bool {
+        body.mass > 0.0 && body.mass < LIGHT * length.powi(3)
+    }
+
     fn warn_of_speeds(&self, longest: f64, warnings: &mut Vec<Notice>) {
+        // As many joints as bodies hold a tree; a linkage closes a loop with one more.
+        let is_linkage = self.joints.len() > self.bodies.len();
         for (index, drive) in self.drives.iter().enumerate() {
-            if let Drive::Speed { speed, .. } = drive
-                && speed.abs() * longest > FASTEST
-            {
+            let Drive::Speed { speed, .. } = drive else { continue };
+            let path = format!("drives[{index}].speed");
+            if let Some(rpm) = in_rpm_of_rad(*speed) {
+                let message = format!(
+                    "{} rad/s is {} revolutions per minute, which is what {} revolutions per minute are in rad/s: was \
+                     the speed converted twice, or given in rad/s?",
+                    short(*speed),
+                    short(speed * 60.0 / TAU),
+                    short(rpm)
+                );
+                warnings.push(Notice::of_field("speed_twice", path, vec![("speed", *speed)], message));
+            } else if is_linkage && speed.abs() >= MANY && speed % ROUND_SPEED == 0.0 {
+                let message = format!(
+                    "{} rad/s is {} revolutions per minute: speeds are in rad/s, {} revolutions per minute are {}",
+                    short(*speed),
+                    short(speed * 60.0 / TAU),
+                    short(*speed),
+                    short(speed * TAU / 60.0)
+                );
+                warnings.push(Notice::of_field("fast_drive", path, vec![("speed", *speed)], message));
+            } else if speed.abs() * longest > FASTEST {
                 let message = format!(
                     "{} rad/s moves a point at a distance of {} m with {} m/s, at which every rotor bursts: \
                      lengths are in meters and speeds in rad/s, {} revolutions per minute are {}",
@@ -114,7 +155,6 @@ impl Scene {
                     short(speed * TAU / 60.0)
                 );
                 let numbers = vec![("speed", *speed), ("distance", longest)];
-                let path = format!("drives[{index}].speed");
                 warnings.push(Notice::of_field("fast_drive", path, numbers, message));
             }
         }
@@ -304,7 +344,21 @@ fn in_degrees(angle: f64) -> Option<f64> {
     })
 }
 
+/// The round speed [rpm] whose number in rad/s a speed [rad/s] is in revolutions per minute, rounded to three to six
+/// digits; `None` of most speeds.
+fn in_rpm_of_rad(speed: f64) -> Option<f64> {
+    let given = speed.abs() * 60.0 / TAU;
+    let rpm = (given * 60.0 / TAU / ROUND_RPM).round() * ROUND_RPM;
+    let radians = rpm * TAU / 60.0;
+    // With as many digits as it was given with: 157, 157.1 or 157.08.
+    let matches = |digits: i32| {
+        let unit = 10.0_f64.powi(given.log10().floor() as i32 + 1 - digits);
+        (given - (radians / unit).round() * unit).abs() <= ROUNDING * given
+    };
+    (rpm > 0.0 && rpm <= MOST_RPM && given.is_finite() && (3..=6).any(matches)).then_some(rpm)
+}
+
 /// A number to four digits in its shortest form.
-fn short(value: f64) -> f64 {
+pub(crate) fn short(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }

@@ -134,12 +134,74 @@ def long(factor):
     return {name: factor * length for name, length in lengths.items()} | {"journal_radius": 9.8}
 
 
+def hung(stiffness):
+    """A ram of 40 kg on a spring."""
+    ram = cc.Body("ram", mass=40.0, inertia=1.0, points={"A": (0.0, 0.2)})
+    forces = [cc.Gravity((0.0, -9.81)), cc.Spring("counterweight", "ground.top", "ram.A", stiffness, 0.1)]
+    return cc.Scene(
+        [ram], [cc.Prismatic("guide", "ground", "ram", axis=(0.0, 1.0))], forces, ground={"top": (0.0, 0.4)}
+    )
+
+
+STEEL = cc.laws.ExactRestitution(1e8, 0.5)
+
+
+def valve(length):
+    """A valve on its seat, and a spring of an unloaded length above it, 50 mm long there."""
+    body = cc.Body("valve", mass=0.1, inertia=1e-5)
+    joints = [
+        cc.Prismatic("guide", "ground", "valve", axis=(0.0, 1.0)),
+        cc.Stop("seat", "ground", "valve", normal=(0.0, 1.0), contact=STEEL),
+    ]
+    spring = cc.Spring("spring", "ground.top", "valve", 32e3, length)
+    return cc.Scene([body], joints, [spring], ground={"top": (0.0, 0.05)})
+
+
+def follower(stiffness):
+    """A follower that a spring presses on a disk with an eccentric edge at 1000 rpm."""
+    disk = cc.Body("disk", mass=1.0, inertia=1e-3, points={"edge": (0.0, 0.02)})
+    body = cc.Body("follower", mass=0.1, inertia=1e-5, points={"foot": (0.0, 0.0)})
+    joints = [
+        cc.Revolute("shaft", "ground", "disk"),
+        cc.Prismatic("guide", "ground.G", "follower", axis=(0.0, 1.0)),
+        cc.Stop("foot", "follower.foot", "disk.edge", normal=(0.0, -1.0), contact=STEEL),
+    ]
+    return cc.Scene(
+        [disk, body],
+        joints,
+        [cc.Spring("spring", "ground.top", "follower", stiffness, 0.06)],
+        drives=[cc.motions.Speed("drive", "shaft", cc.rpm(1000.0))],
+        ground={"G": (0.0, 0.02), "top": (0.0, 0.07)},
+    )
+
+
+@pytest.mark.parametrize("scene", [hung(32e3), valve(0.06), follower(32e3)])
+def test_springs_that_carry_and_press(scene):
+    assert scene.check().notices == ()
+
+
 @pytest.mark.parametrize(
     ("scene", "code", "path"),
     [
         *((MECHANISMS.slider_crank(**long(k)), "light_body", "bodies[1].points") for k in (0.5, 1.0)),
         (MECHANISMS.slider_crank(**long(30.0)), "long_body", "bodies[1].points"),
-        (MECHANISMS.slider_crank(**long(0.2)), "fast_drive", "drives[0].speed"),
+        (
+            MECHANISMS.slider_crank(**long(0.2), crank_mass=30.0, rod_mass=30.0),
+            "fast_drive",
+            "drives[0].speed",
+        ),
+        # A crank of 30 mm whose drive says nothing; the rod is longer, and as much too light.
+        (bar(30.0, 0.3), "light_body", "bodies[0].points"),
+        # 1500 rpm given as rad/s, and 157 rad/s given as rpm.
+        (MECHANISMS.slider_crank(crank_speed=1500.0), "fast_drive", "drives[0].speed"),
+        *(
+            (MECHANISMS.slider_crank(crank_speed=cc.rpm(given)), "speed_twice", "drives[0].speed")
+            for given in (157, 157.1, 157.08, 314, 104.72)
+        ),
+        # 32 N/mm given as N/m, of a press and of a follower on a cam.
+        (hung(32.0), "feeble_spring", "forces[1].stiffness"),
+        (follower(32.0), "feeble_spring", "forces[0].stiffness"),
+        (valve(0.04), "pulling_spring", "forces[0].length"),
         (MECHANISMS.slider_crank(journal_radius=9.8), "large_journal", "joints[3].journal_radius"),
         (MECHANISMS.slider_crank(clearance=0.02), "large_clearance", "joints[3].clearance"),
         (MECHANISMS.slider_crank(clearance=0.005), "large_clearance", "joints[3].clearance"),
