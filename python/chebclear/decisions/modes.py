@@ -173,14 +173,13 @@ def modes(scene: Scene, state: EndState | None = None) -> Modes:
     reduced = [np.linalg.pinv(free) @ found[name] @ free for name in ("by_position", "by_velocity")]
     matrix = np.block([[np.zeros((count, count)), np.eye(count)], reduced])
     values, vectors = np.linalg.eig(matrix)
-    scale = found["speed"] / found["length"] if found["speed"] > 0.0 else float(np.abs(values).max())
-    levers = np.asarray(found["levers"])
-    limit = _AT_REST * scale**2 * found["length"]
-    at_rest = bool(np.all(np.abs(found["accelerations"]) * levers <= limit))
+    speeds, lengths, levers = (np.asarray(found[name]) for name in ("speeds", "lengths", "levers"))
+    rates = np.where(speeds > 0.0, speeds / lengths, np.abs(values).max())
+    at_rest = bool(np.all(np.abs(found["accelerations"]) * levers <= _AT_REST * rates**2 * lengths))
     if not at_rest:
         warn("the state is no equilibrium: the modes are those of an instant, not of a rest position")
     # Rounding splits a double zero into roots of a rounding error.
-    neutral = math.sqrt(_NEUTRAL) * max(float(np.abs(values).max()), scale)
+    neutral = math.sqrt(_NEUTRAL) * max(float(np.abs(values).max()), float(rates.max()))
     oscillating = [k for k, value in enumerate(values) if value.imag > neutral]
     oscillating.sort(key=lambda k: abs(values[k]))
     chosen = values[oscillating]

@@ -134,10 +134,16 @@ fn integral(of: &impl Fn(f64) -> f64, [a, b]: [f64; 2], error: f64, halvings: u3
 pub fn steepness(formula: &Formula) -> [f64; 2] {
     let variables = [Dual::<1>::input(0.0, 0), Dual::constant(1.0)];
     let slope = formula.value(&variables, formula.forms(&[0.0, 1.0])).gradient[0];
-    let largest = SPEEDS.map(|speed| formula.at(&[speed, 1.0]).abs()).into_iter().fold(0.0, f64::max);
+    // A coefficient is about 1 at most: it is looked at beside the speed at which its slope would lead to 1.
+    let at = |part: f64| formula.at(&[part / slope, 1.0]).abs();
+    let largest = PARTS.into_iter().map(at).fold(0.0, f64::max);
     let speed = largest / slope;
     if speed > 0.0 && speed.is_finite() { [speed, slope] } else { [0.0, 0.0] }
 }
+
+/// Sliding speeds at which a friction formula is looked at, relative to the one at which its slope would lead to a
+/// coefficient of 1. Beyond the largest it has what it has at the largest.
+const PARTS: [f64; 6] = [1e-3, 1e-2, 0.1, 1.0, 10.0, 100.0];
 
 /// Sliding speeds [m/s] and normal forces [N] at which friction formulas are looked at.
 /// Half and twice change two of 30 messages.

@@ -79,6 +79,8 @@ pub struct Dynamics<'m> {
     /// Friction in ideal joints, if there is any.
     friction: Option<Box<Friction<'m>>>,
     scratch: Vec<f64>,
+    /// See [`Dynamics::corrections`].
+    corrections: [Vec<f64>; 2],
     /// The contact of every slot, after [`Dynamics::find_contacts`] or
     /// [`Dynamics::acceleration_and_contacts`].
     contacts: Vec<SlotContact>,
@@ -118,6 +120,7 @@ impl<'m> Dynamics<'m> {
             loops: Loops::new(tree.closed_rows(), row_masses, d, columns),
             friction: Friction::of(tree),
             scratch: vec![0.0; d],
+            corrections: [vec![0.0; d], vec![0.0; d]],
             contacts: vec![SlotContact::UNKNOWN; tree.slots.len()],
             reactions: vec![Wrench::default(); tree.ideal_joints.len()],
             demands: vec![Wrench::default(); tree.bodies.len()],

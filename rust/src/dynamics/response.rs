@@ -58,8 +58,9 @@ pub enum Acting {
 }
 
 impl Dynamics<'_> {
-    /// Acceleration of points [m/s²] at most per unit of a load, after [`Dynamics::acceleration`].
-    pub fn response_to(&mut self, acting: Acting, scales: &Scales) -> f64 {
+    /// Acceleration of points per unit of a load, over the velocity tolerance of their component [1/s], where it is
+    /// largest, after [`Dynamics::acceleration`].
+    pub fn response_to(&mut self, acting: Acting, scales: &Scales, tolerance: &dyn Fn(usize) -> f64) -> f64 {
         let mut response = std::mem::take(&mut self.scratch);
         response.fill(0.0);
         self.add_unit(acting, &mut response);
@@ -68,7 +69,8 @@ impl Dynamics<'_> {
             self.loops.right.fill(0.0);
             self.loops.correct(&mut response);
         }
-        let largest = scales.largest(&response);
+        let of = |component: usize| scales.largest(component, &response) / tolerance(component);
+        let largest = (0..scales.components.len()).map(of).fold(0.0, f64::max);
         self.scratch = response;
         largest
     }

@@ -12,10 +12,11 @@ use crate::mechanism::conditions::{Conditions, Level};
 use crate::mechanism::couplings::{check_couplings, check_laws, follow_drivers, offsets};
 use crate::mechanism::immovable::no_acceleration;
 use crate::mechanism::nearest::Assembly;
-use crate::mechanism::scales::{contact_scales, levers, speed_from_rest, speed_scale};
+use crate::mechanism::scales::{contact_scales, length_of_motion, levers, speed_from_rest, speed_scale};
 use crate::numerics::turns::wrap;
-use crate::scene::parts::{Scene, Start, length_scale};
-use crate::tree::elements::{Realization, Scales, State, Tree};
+use crate::scene::components::Components;
+use crate::scene::parts::{Scene, Start};
+use crate::tree::elements::{ComponentScales, Realization, Scales, State, Tree};
 use crate::tree::kinematics::FrameKind;
 
 /// An assembled mechanism.
@@ -30,10 +31,29 @@ pub(crate) struct Assembled {
     pub(crate) warning: Option<Notice>,
 }
 
+/// The tree of a checked scene, without the friction in its joints, and its start.
+pub(crate) fn assembled_tree(scene: &Scene, preferred: &[i8]) -> Result<(Tree, Assembled), InputError> {
+    let mut components = Components::of_scene(scene);
+    let unknown: Vec<usize> =
+        (0..components.lengths.len()).filter(|&index| components.lengths[index] == 0.0).collect();
+    if !unknown.is_empty() {
+        // All points of these coincide: any size will do for their assembly.
+        unknown.iter().for_each(|&index| components.lengths[index] = 1.0);
+        let tree = Tree::span(scene, &components)?;
+        let Assembled { start, .. } = assemble(&tree, scene, preferred)?;
+        for index in unknown {
+            components.lengths[index] = length_of_motion(&tree, &start, index)?;
+        }
+    }
+    let tree = Tree::span(scene, &components)?;
+    let assembled = assemble(&tree, scene, preferred)?;
+    Ok((tree, assembled))
+}
+
 /// The start of a tree nearest to the given angles; of those that are about equally near the one on a branch that is
 /// preferred, if there is one.
-pub(crate) fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<Assembled, InputError> {
-    let length = length_scale(scene);
+fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<Assembled, InputError> {
+    let length = tree.components.largest();
     let d = tree.free.len();
     let mut dynamics = Dynamics::new(tree);
     let mut conditions = Conditions::new(tree, scene, length);
@@ -66,20 +86,29 @@ pub(crate) fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<A
     if let Some(fault) = dynamics.fault_of_loads() {
         return Err(Subject::Scene.error("forces", format!("at the start {fault}")));
     }
-    let speed = speed_scale(tree, &dynamics, length);
+    let lengths = &tree.components.lengths;
+    let mut speeds: Vec<f64> = (0..lengths.len()).map(|index| speed_scale(tree, &dynamics, index)).collect();
     check_mobility(tree, &dynamics, &conditions)?;
-    let levers = levers(tree, &dynamics, length);
+    let levers = levers(tree, &dynamics, &conditions.of_freedoms);
     let mut accelerations = vec![0.0; d];
     if !dynamics.acceleration(0.0, &q, &v, &mut accelerations) {
         return Err(no_acceleration(tree, &mut dynamics, &v));
     }
     dynamics.accelerate(&accelerations);
-    let speed = if speed > 0.0 { speed } else { speed_from_rest(tree, &dynamics, length) };
-    let contacts = contact_scales(&mut dynamics, speed, length);
+    for (index, speed) in speeds.iter_mut().enumerate().filter(|(_, speed)| **speed <= 0.0) {
+        *speed = speed_from_rest(tree, &dynamics, index);
+    }
+    let contacts = contact_scales(&mut dynamics, &speeds);
+    let components = lengths.iter().zip(speeds).map(|(&length, speed)| ComponentScales { length, speed });
     let branch = conditions.branch(&dynamics);
     Ok(Assembled {
         start: State { q, v },
-        scales: Scales { length, speed, levers, contacts },
+        scales: Scales {
+            components: components.collect(),
+            of_freedoms: conditions.of_freedoms,
+            levers,
+            contacts,
+        },
         branch,
         offsets,
         warning,
@@ -225,10 +254,14 @@ fn check_directions(tree: &Tree, dynamics: &Dynamics, length: f64) -> Result<(),
 fn check_mobility(tree: &Tree, dynamics: &Dynamics, conditions: &Conditions) -> Result<(), InputError> {
     let (_, jacobian) = conditions.positions(dynamics);
     for (index, closure) in tree.closures.iter().enumerate() {
-        let rows = 2 * (index + 1);
-        let part = jacobian.rows(0, rows).into_owned();
+        let component = tree.components.of(closure.bodies);
+        let earlier = tree.closures[..=index].iter().enumerate();
+        let connected = earlier.filter(|(_, other)| tree.components.of(other.bodies) == component);
+        let rows: Vec<usize> = connected.flat_map(|(other, _)| [2 * other, 2 * other + 1]).collect();
+        let columns = conditions.freedoms_of(component.unwrap_or_default());
+        let part = jacobian.select_rows(&rows).select_columns(&columns);
         let rank = if part.ncols() == 0 { 0 } else { part.clone().rank(SINGULAR * part.amax()) };
-        if rank < rows {
+        if rank < rows.len() {
             let message = format!(
                 "joint {:?} closes a loop that the other joints and drives already keep closed, in the assembled \
                  configuration: it is redundant (remove it or give it clearance), or the mechanism starts at a \
@@ -330,7 +363,7 @@ fn slide_together(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f64
             jacobian.column_mut(k).fill(0.0);
         }
     }
-    let step = least_squares(jacobian, &residual, ROUNDING_OF_SOLUTION);
+    let step = conditions.solve(jacobian, &residual, ROUNDING_OF_SOLUTION);
     for (k, value) in q.iter_mut().enumerate() {
         *value -= step[k] * conditions.units[k];
     }
@@ -346,7 +379,7 @@ fn close_positions(dynamics: &mut Dynamics, conditions: &Conditions, q: &mut [f6
         if size == 0.0 {
             break;
         }
-        let step = least_squares(jacobian, &residual, ROUNDING_OF_SOLUTION);
+        let step = conditions.solve(jacobian, &residual, ROUNDING_OF_SOLUTION);
         let mut trial = q.to_vec();
         let mut fraction = 1.0;
         loop {
@@ -387,14 +420,15 @@ fn close_velocities(
     for _ in 0..2 {
         dynamics.move_to(0.0, q, &v);
         let (residual, jacobian) = conditions.velocities(dynamics);
-        let step = least_squares(jacobian, &residual, SINGULAR);
+        let step = conditions.solve(jacobian, &residual, SINGULAR);
         for (k, value) in v.iter_mut().enumerate() {
             *value -= step[k] * conditions.units[k];
         }
     }
     dynamics.move_to(0.0, q, &v);
     let (remaining, _) = conditions.velocities(dynamics);
-    let rounding = EQUAL * speed_scale(tree, dynamics, conditions.length) / conditions.unit;
+    let speeds = (0..tree.components.lengths.len()).map(|index| speed_scale(tree, dynamics, index));
+    let rounding = EQUAL * speeds.fold(0.0, f64::max) / conditions.unit;
     let is_closed = |remaining: &[f64]| remaining.iter().all(|rate| rate.abs() <= rounding);
     if is_closed(remaining.as_slice()) {
         return Ok(v);

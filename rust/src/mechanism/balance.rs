@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, Schur};
 use crate::contact::pair::Surfaces;
 use crate::dynamics::{Dynamics, Linearization};
 use crate::error::Notice;
-use crate::mechanism::assembly::{Assembled, assemble};
+use crate::mechanism::assembly::{Assembled, assembled_tree};
 use crate::scene::parts::{Drive, GuideShape, Joint, JointKind, Scene, Start};
 use crate::scene::plausibility::short;
 use crate::tree::elements::{ContactSlot, Scales, State, Tree};
@@ -26,19 +26,22 @@ pub(crate) fn warning_of_equilibrium(
     scales: &Scales,
     scene: &Scene,
 ) -> Option<Notice> {
-    let rests =
-        start.v.iter().zip(&scales.levers).all(|(v, lever)| (v * lever).abs() <= EQUAL * scales.speed);
-    if !rests || scales.speed == 0.0 {
+    let rests = |scales: &Scales, start: &State, index: usize| {
+        let speed = scales.components[index].speed;
+        speed > 0.0 && scales.largest(index, &start.v) <= EQUAL * speed
+    };
+    if !(0..scales.components.len()).any(|index| rests(scales, start, index)) {
         return None;
     }
-    let growth = if tree.slots.is_empty() {
-        growth(tree, start, scales)?
-    } else {
-        let scene = without_play(scene);
-        let ideal = Tree::span(&scene).ok()?;
-        let Assembled { start, scales, .. } = assemble(&ideal, &scene, &[]).ok()?;
-        growth(&ideal, &start, &scales)?
+    let ideal =
+        if tree.slots.is_empty() { None } else { Some(assembled_tree(&without_play(scene), &[]).ok()?) };
+    let (tree, start, scales) = match &ideal {
+        None => (tree, start, scales),
+        Some((tree, Assembled { start, scales, .. })) => (tree, start, scales),
     };
+    let linear = linearized(tree, start)?;
+    let resting = (0..scales.components.len()).filter(|&index| rests(scales, start, index));
+    let growth = resting.filter_map(|index| growth(&linear, scales, index)).reduce(f64::max)?;
     let tenfold = std::f64::consts::LN_10 / growth;
     Some(Notice::of_field(
         "unstable_start",
@@ -52,20 +55,24 @@ pub(crate) fn warning_of_equilibrium(
     ))
 }
 
-/// Rate [1/s] at which a deviation from the start grows, if the start is an unstable equilibrium.
-fn growth(tree: &Tree, start: &State, scales: &Scales) -> Option<f64> {
-    let d = tree.degrees_of_freedom();
-    let State { q, v } = start;
+/// The motion of a tree linearized about its start, if that has accelerations.
+fn linearized(tree: &Tree, State { q, v }: &State) -> Option<Linearization> {
     let mut dynamics = Dynamics::new(tree);
     dynamics.move_to(0.0, q, v);
     dynamics.settle_switches();
-    let mut linear = Linearization::new(d);
-    let crossing = scales.length / scales.speed;
-    let solved = dynamics.linearize(0.0, q, v, &mut linear);
-    let acceleration = scales.length / (crossing * crossing);
-    let balanced =
-        linear.a.iter().zip(&scales.levers).all(|(a, lever)| (a * lever).abs() <= EQUAL * acceleration);
-    if d == 0 || !solved || !balanced {
+    let mut linear = Linearization::new(tree.degrees_of_freedom());
+    dynamics.linearize(0.0, q, v, &mut linear).then_some(linear)
+}
+
+/// Rate [1/s] at which a deviation of a component from the start grows, if that is an unstable equilibrium.
+fn growth(linear: &Linearization, scales: &Scales, component: usize) -> Option<f64> {
+    let freedoms: Vec<usize> =
+        (0..scales.levers.len()).filter(|&k| scales.of_freedoms[k] == component).collect();
+    let (d, all) = (freedoms.len(), scales.levers.len());
+    let of = &scales.components[component];
+    let crossing = of.crossing();
+    let acceleration = of.length / (crossing * crossing);
+    if d == 0 || scales.largest(component, &linear.a) > EQUAL * acceleration {
         return None;
     }
     // (q, v)' = (v, a_q q + a_v v), in units of the crossing time.
@@ -73,8 +80,8 @@ fn growth(tree: &Tree, start: &State, scales: &Scales) -> Option<f64> {
         DMatrix::from_fn(2 * d, 2 * d, |row, column| match (row.checked_sub(d), column.checked_sub(d)) {
             (None, Some(column)) => f64::from(u8::from(row == column)),
             (None, None) => 0.0,
-            (Some(row), None) => linear.a_q[row * d + column] * crossing * crossing,
-            (Some(row), Some(column)) => linear.a_v[row * d + column] * crossing,
+            (Some(row), None) => linear.a_q[freedoms[row] * all + freedoms[column]] * crossing * crossing,
+            (Some(row), Some(column)) => linear.a_v[freedoms[row] * all + freedoms[column]] * crossing,
         });
     if !matrix.iter().all(|entry| entry.is_finite()) {
         return None;

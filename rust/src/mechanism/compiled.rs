@@ -3,7 +3,7 @@
 use std::ops::Deref;
 
 use crate::error::{InputError, Notice};
-use crate::mechanism::assembly::{Assembled, assemble};
+use crate::mechanism::assembly::{Assembled, assembled_tree};
 use crate::mechanism::balance::{warning_of_equilibrium, warnings_of_springs};
 use crate::scene::parts::Scene;
 use crate::tree::elements::{Scales, State, Tree};
@@ -39,8 +39,8 @@ impl Mechanism {
     /// Those of [`Mechanism::compile`].
     pub fn compile_on(scene: &Scene, preferred: &[i8]) -> Result<Mechanism, InputError> {
         scene.check()?;
-        let mut tree = Tree::span(scene)?;
-        let Assembled { start, scales, branch, offsets, warning } = assemble(&tree, scene, preferred)?;
+        let (mut tree, assembled) = assembled_tree(scene, preferred)?;
+        let Assembled { start, scales, branch, offsets, warning } = assembled;
         let with_play = tree.backlashes.iter_mut().map(|backlash| &mut backlash.coupling);
         for (coupling, offset) in tree.couplings.iter_mut().chain(with_play).zip(offsets) {
             coupling.offset = Some(offset);
@@ -56,10 +56,11 @@ impl Mechanism {
         Ok(Mechanism { tree, start, scales, branch, warnings })
     }
 
-    /// Kinetic energy at the speed of the mechanism [J]. Energies are differences of terms of this size, whatever of it is
-    /// exchanged.
+    /// Kinetic energy at the speeds of the components [J]. Energies are differences of terms of this size, whatever of it
+    /// is exchanged.
     pub(crate) fn energy_scale(&self) -> f64 {
-        0.5 * self.tree.total_mass(self.scales.length) * self.scales.speed * self.scales.speed
+        let components = self.scales.components.iter().enumerate();
+        components.map(|(index, of)| 0.5 * self.tree.total_mass(index) * of.speed * of.speed).sum()
     }
 }
 

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::contact::pair::Surfaces;
 use crate::dynamics::Dynamics;
+use crate::mechanism::assembly::least_squares;
 use crate::mechanism::branch::{Group, branch};
 use crate::numerics::turns::wrap;
 use crate::scene::parts::{Scene, Start};
@@ -19,6 +20,9 @@ pub(super) struct Conditions {
     pub(super) unit: f64,
     /// Unit of each free coordinate for least squares: 1 rad, or that size.
     pub(super) units: Vec<f64>,
+    /// The component of each free coordinate, and how many there are.
+    pub(super) of_freedoms: Vec<usize>,
+    components: usize,
     /// Pairs of points: loop closures, then joints with clearance.
     pub(super) pairs: Vec<Pair>,
     /// Coordinates given in the scene, and the tilt of guides with play.
@@ -120,6 +124,8 @@ impl Conditions {
             length,
             unit,
             units: units.collect(),
+            of_freedoms: tree.components_of_freedoms(),
+            components: tree.components.lengths.len(),
             pairs: closures.chain(bearings).chain(guides).collect(),
             coordinates: given.chain(tilts).collect(),
             in_the_middle: [Vec::new(), Vec::new()],
@@ -144,6 +150,29 @@ impl Conditions {
                 self.in_the_middle[level as usize].pop();
             }
         }
+    }
+
+    /// Least-squares solution for the free coordinates, in their units: what is not connected is solved for apart, so that
+    /// not even its rounding errors meet.
+    pub(super) fn solve(&self, jacobian: DMatrix<f64>, right: &DVector<f64>, cutoff: f64) -> DVector<f64> {
+        if self.components == 1 {
+            return least_squares(jacobian, right, cutoff);
+        }
+        let mut solution = DVector::zeros(jacobian.ncols());
+        for component in 0..self.components {
+            let columns = self.freedoms_of(component);
+            let part = jacobian.select_columns(&columns);
+            let rows: Vec<usize> =
+                (0..part.nrows()).filter(|&row| part.row(row).iter().any(|entry| *entry != 0.0)).collect();
+            let found = least_squares(part.select_rows(&rows), &right.select_rows(&rows), cutoff);
+            columns.iter().zip(found.iter()).for_each(|(&column, value)| solution[column] = *value);
+        }
+        solution
+    }
+
+    /// The free coordinates of a component.
+    pub(super) fn freedoms_of(&self, component: usize) -> Vec<usize> {
+        (0..self.of_freedoms.len()).filter(|&freedom| self.of_freedoms[freedom] == component).collect()
     }
 
     /// The equations of the pairs.

@@ -109,8 +109,11 @@ impl CompiledMechanism {
         }
         result.set_item("poses", found.poses)?;
         result.set_item("levers", mechanism.scales.levers.clone())?;
-        result.set_item("speed", mechanism.scales.speed)?;
-        result.set_item("length", mechanism.scales.length)?;
+        let scales = &mechanism.scales;
+        let of_freedoms = || scales.of_freedoms.iter().map(|&component| scales.components[component]);
+        result.set_item("speeds", of_freedoms().map(|of| of.speed).collect::<Vec<f64>>())?;
+        result.set_item("lengths", of_freedoms().map(|of| of.length).collect::<Vec<f64>>())?;
+        result.set_item("length", mechanism.components.largest())?;
         Ok(result)
     }
 

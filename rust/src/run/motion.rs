@@ -157,14 +157,14 @@ impl<'a> Motion<'a> {
         change.fill(0.0);
         sum.fill(0.0);
         let scales = &self.mechanism.scales;
-        let (diagonal, allowed) = (step.diagonal(), CORRECTED * self.largest_acceleration(&expected));
+        let diagonal = step.diagonal();
         let mut least = f64::INFINITY;
         for _ in 0..NEWTON_STEPS {
             let exists = self.dynamics.acceleration(step.instant(theta), q, v, &mut a);
             for k in 0..a.len() {
                 a[k] -= expected[k] + sum[k] / diagonal;
             }
-            let error = if exists { scales.largest(&a) } else { f64::INFINITY };
+            let error = if exists { scales.relative_to_accelerations(&a, &expected) } else { f64::INFINITY };
             let is_better = error < least;
             if is_better {
                 change.copy_from_slice(&a);
@@ -178,19 +178,13 @@ impl<'a> Motion<'a> {
                 v[k] += change;
                 sum[k] += change;
             }
-            if !is_better || error <= allowed {
+            if !is_better || error <= CORRECTED {
                 break;
             }
             least = error;
         }
         self.a = a;
         self.scratch = [expected, change, sum];
-    }
-
-    /// Largest acceleration of these or of the scales of the mechanism [m/s²].
-    pub(crate) fn largest_acceleration(&self, a: &[f64]) -> f64 {
-        let scales = &self.mechanism.scales;
-        scales.largest(a).max(scales.speed.powi(2) / scales.length)
     }
 
     /// Computes all that `needs` names for the state in `self.q`, `self.v`.

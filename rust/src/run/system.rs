@@ -78,8 +78,7 @@ impl<'a> System<'a> {
 
     /// Limits of the integration.
     pub(crate) fn limits(&self) -> Limits {
-        let scales = &self.motion.mechanism.scales;
-        let crossing = FIRST_STEP * scales.length / scales.speed;
+        let crossing = FIRST_STEP * self.motion.mechanism.scales.shortest_crossing();
         // If nothing moves, relative to the duration of the run.
         let whole = FIRST_STEP * (self.settings.skip + self.settings.duration);
         let first_step = self.settings.refinement() * if crossing.is_finite() { crossing } else { whole };
@@ -175,11 +174,15 @@ impl HybridSystem for System<'_> {
 
     /// The power of a drive against a damper or a film is as wrong as its force, and with it the balance of energies.
     fn inner_error(&self, error: &[f64], of_polynomial: &[f64], rate: f64) -> f64 {
-        // A start that is off its slow motion, but within the tolerance, need not be resolved.
-        let start = self.motion.largest_acceleration(&self.start);
-        let of_start = start.min(self.phases.tolerances.velocity * rate);
-        let size = self.motion.largest_acceleration(of_polynomial).max(of_start);
-        self.motion.mechanism.scales.largest(error) / (self.balance.limit * size)
+        let scales = &self.motion.mechanism.scales;
+        let of = |component: usize| {
+            // A start that is off its slow motion, but within the tolerance, need not be resolved.
+            let start = scales.largest_acceleration(component, &self.start);
+            let of_start = start.min(self.phases.tolerances.of(component).velocity * rate);
+            let size = scales.largest_acceleration(component, of_polynomial).max(of_start);
+            scales.largest(component, error) / (self.balance.limit * size)
+        };
+        (0..scales.components.len()).map(of).fold(0.0, f64::max)
     }
 
     fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> Result<f64, Status> {
@@ -207,9 +210,12 @@ impl HybridSystem for System<'_> {
         let Some(correction) = self.motion.dynamics.project(t, q, v, &mechanism.scales) else {
             return Projection::Singular;
         };
-        let excess = self.phases.tolerances.excess(&correction, mechanism.scales.speed);
+        let corrections = self.motion.dynamics.corrections();
+        let excess = self.phases.tolerances.excess(&mechanism.scales, &correction, corrections);
         if excess <= 1.0 {
-            self.largest_projection = self.largest_projection.max(correction.position);
+            let [positions, _] = corrections;
+            let largest = mechanism.scales.largest_of_all(positions);
+            self.largest_projection = self.largest_projection.max(largest);
             Projection::Done
         } else {
             Projection::TooLarge(excess)
@@ -217,8 +223,7 @@ impl HybridSystem for System<'_> {
     }
 
     fn unseen_change(&mut self, t: f64, h: f64, nodes: &[f64], state: &mut StateInside) -> Option<f64> {
-        let tolerance = self.phases.tolerances.velocity;
-        self.inputs.unseen(&mut self.motion, Stretch { t, h, nodes }, tolerance, state)
+        self.inputs.unseen(&mut self.motion, Stretch { t, h, nodes }, &self.phases.tolerances, state)
     }
 
     fn wrap_angles(&mut self, q: &mut [f64]) {

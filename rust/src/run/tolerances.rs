@@ -8,7 +8,7 @@ use crate::mechanism::compiled::Mechanism;
 use crate::numerics::accuracy::ROUNDING;
 use crate::numerics::logarithm::power;
 use crate::run::settings::{DEFAULT_RTOL, Settings};
-use crate::tree::elements::{ContactScales, State};
+use crate::tree::elements::{ContactScales, Scales, State};
 
 /// Position tolerance of a scene with clearance: `rtol` times this part of the smallest
 /// clearance. 0.5 gives the scale with which the methods were compared, 1e-5 m for a clearance of 0.02 mm.
@@ -68,90 +68,84 @@ pub fn default_impact_velocity_floors(mechanism: &Mechanism) -> Vec<f64> {
     (0..mechanism.slots.len()).map(|joint| tolerances.impact_velocity_floor(mechanism, joint)).collect()
 }
 
-/// Absolute tolerances of a run.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// Absolute tolerances of a run: each component of the scene has its own.
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tolerances {
+    components: Vec<ComponentTolerances>,
+    /// Velocity tolerance in a contact relative to its sliding velocity or the stick velocity of its friction
+    /// law.
+    stick_part: f64,
+}
+
+/// Absolute tolerances of a component.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ComponentTolerances {
     /// Tolerance of the positions of points [m].
     pub(crate) position: f64,
     /// Tolerance of their velocities [m/s], except where the damping of a contact or friction needs a smaller
     /// one.
     pub(crate) velocity: f64,
-    /// Velocity tolerance in a contact relative to its sliding velocity or the stick velocity of its friction
-    /// law.
-    stick_part: f64,
     /// Smallest velocity tolerance [m/s].
     finest_velocity: f64,
     /// Factor by which the tolerances are divided at the onset of a contact.
     onset_caution: f64,
 }
 
-/// Length scale of the position tolerance [m]: CLEARANCE_PART of the smallest clearance, or the size of the
-/// mechanism.
-fn position_scale(mechanism: &Mechanism) -> f64 {
-    let smallest = mechanism.slots.iter().map(|joint| joint.law.clearance).reduce(f64::min);
-    smallest.map_or(mechanism.scales.length, |clearance| CLEARANCE_PART * clearance)
+/// The scales by which tolerances of a component are judged.
+struct Judged<'m> {
+    mechanism: &'m Mechanism,
+    component: usize,
 }
 
-/// Speed of the mechanism from `start` [m/s].
-fn speed(mechanism: &Mechanism, start: &State) -> f64 {
-    let scales = &mechanism.scales;
-    let start_speed = start.v.iter().zip(&scales.levers).map(|(v, lever)| (v * lever).abs());
-    start_speed.fold(scales.speed, f64::max)
-}
+impl<'m> Judged<'m> {
+    /// Of every component.
+    fn all(mechanism: &'m Mechanism) -> impl Iterator<Item = Self> {
+        (0..mechanism.scales.components.len()).map(move |component| Self { mechanism, component })
+    }
 
-/// Checks the absolute tolerances of the settings against the scales of the mechanism.
-pub(crate) fn check_tolerances(
-    mechanism: &Mechanism,
-    start: &State,
-    settings: &Settings,
-) -> Result<(), InputError> {
-    let (length, speed) = (position_scale(mechanism), speed(mechanism, start));
-    let of_what =
-        if mechanism.slots.is_empty() { "the size of the mechanism" } else { "half the smallest clearance" };
-    let limits = [
-        ("position_tolerance", settings.position_tolerance, "m", length, of_what),
-        // Without a speed scale the velocity tolerance has no limit.
-        ("velocity_tolerance", settings.velocity_tolerance, "m/s", speed, "the speed of the mechanism"),
-    ];
-    let problems: Vec<Problem> = limits
-        .into_iter()
-        .filter(|(_, given, _, limit, _)| *limit > 0.0 && given.is_some_and(|given| given > *limit))
-        .map(|(field, given, unit, limit, of_what)| {
-            let message =
-                format!("must be <= {limit:.3e} [{unit}], {of_what}, got {:e}", given.unwrap_or(f64::NAN));
-            Problem::new(format!("settings.{field}"), message)
-        })
-        .collect();
-    Subject::Settings.judge((), problems)
-}
+    fn contacts(&self) -> impl Iterator<Item = (usize, &'m ContactScales)> {
+        let contacts = self.mechanism.scales.contacts.iter().enumerate();
+        let component = self.component;
+        contacts.filter(move |(_, contact)| contact.component == component)
+    }
 
-impl Tolerances {
-    /// The tolerances of a run from `start`.
-    pub(crate) fn new(mechanism: &Mechanism, start: &State, settings: &Settings) -> Self {
-        let scales = &mechanism.scales;
-        let position_scale = position_scale(mechanism);
-        // Where contacts and friction limit the tolerances, a smaller `rtol` must still reduce them.
-        let of_run = settings.companion_of.unwrap_or(settings.rtol);
-        let tighter = (of_run / DEFAULT_RTOL).min(1.0) * (settings.rtol / of_run);
-        let speed = speed(mechanism, start);
+    fn length(&self) -> f64 {
+        self.mechanism.scales.components[self.component].length
+    }
+
+    /// Length scale of the position tolerance [m]: CLEARANCE_PART of the smallest clearance, or the size of the component.
+    fn position_scale(&self) -> f64 {
+        let clearances = self.contacts().map(|(slot, _)| self.mechanism.slots[slot].law.clearance);
+        clearances.reduce(f64::min).map_or(self.length(), |clearance| CLEARANCE_PART * clearance)
+    }
+
+    /// Speed of the component from `start` [m/s].
+    fn speed(&self, start: &State) -> f64 {
+        let scales = &self.mechanism.scales;
+        scales.components[self.component].speed.max(scales.largest(self.component, &start.v))
+    }
+
+    /// The tolerances of a run from `start`; those where contacts and friction limit them are `tighter` by that factor.
+    fn tolerances(&self, start: &State, settings: &Settings, tighter: f64) -> ComponentTolerances {
+        let (length, position_scale, speed) = (self.length(), self.position_scale(), self.speed(start));
         // The oscillation of a resting contact must be resolved, however slow the mechanism.
         let resting = |of: fn(&ContactScales) -> f64| {
             let largest = |contact: &ContactScales| {
-                let radians = scales.length / speed * contact.resting_speed / contact.resting_penetration;
+                let radians = length / speed * contact.resting_speed / contact.resting_penetration;
                 let [least, most] = RESTING_PARTS;
                 (RESTING_RADIANS / radians).clamp(least, most) * of(contact)
             };
-            tighter * scales.contacts.iter().map(largest).fold(f64::INFINITY, f64::min)
+            tighter * self.contacts().map(|(_, contact)| largest(contact)).fold(f64::INFINITY, f64::min)
         };
-        let finest = ROUNDING * scales.length;
+        let finest = ROUNDING * length;
         let position =
             (settings.rtol * position_scale).min(resting(|contact| contact.resting_penetration)).max(finest);
         // If nothing moves, falls or is driven, the speed scale is the position scale over the duration.
         // Otherwise the duration must not change the steps, since a run may be continued.
         let speed_scale = if speed > 0.0 { SPEED_PART * speed } else { position_scale / settings.duration };
         let frequencies =
-            scales.contacts.iter().map(|contact| contact.resting_speed / contact.resting_penetration);
-        let finest_velocity = FINEST_PART * scales.length * frequencies.fold(0.0, f64::max);
+            self.contacts().map(|(_, contact)| contact.resting_speed / contact.resting_penetration);
+        let finest_velocity = FINEST_PART * length * frequencies.fold(0.0, f64::max);
         let velocity =
             (settings.rtol * speed_scale).min(resting(|contact| contact.resting_speed)).max(finest_velocity);
         let position = settings.position_tolerance.unwrap_or(position);
@@ -160,13 +154,64 @@ impl Tolerances {
         let root = (UNCAREFUL_RTOL / settings.rtol).sqrt();
         let onset_caution = (root * root.sqrt()).min(ONSET_CAUTION);
         let rounding = (position / finest).min(velocity / finest_velocity);
-        Self {
+        ComponentTolerances {
             position,
             velocity,
-            stick_part: STICK_PART * tighter,
             finest_velocity,
             onset_caution: onset_caution.min(rounding).max(1.0),
         }
+    }
+}
+
+/// Checks the absolute tolerances of the settings against the scales of the mechanism: each must be small for every component
+/// of the scene.
+pub(crate) fn check_tolerances(
+    mechanism: &Mechanism,
+    start: &State,
+    settings: &Settings,
+) -> Result<(), InputError> {
+    let smallest = |of: &dyn Fn(&Judged) -> f64| {
+        // Without a speed scale the velocity tolerance has no limit.
+        Judged::all(mechanism).map(|judged| of(&judged)).filter(|scale| *scale > 0.0).reduce(f64::min)
+    };
+    let length = smallest(&|judged| judged.position_scale());
+    let speed = smallest(&|judged| judged.speed(start));
+    let of_what =
+        if mechanism.slots.is_empty() { "the size of the mechanism" } else { "half the smallest clearance" };
+    let limits = [
+        ("position_tolerance", settings.position_tolerance, "m", length, of_what),
+        ("velocity_tolerance", settings.velocity_tolerance, "m/s", speed, "the speed of the mechanism"),
+    ];
+    let problems: Vec<Problem> = limits
+        .into_iter()
+        .filter_map(|(field, given, unit, limit, of_what)| {
+            let (given, limit) = (given?, limit?);
+            let message = || format!("must be <= {limit:.3e} [{unit}], {of_what}, got {given:e}");
+            (given > limit).then(|| Problem::new(format!("settings.{field}"), message()))
+        })
+        .collect();
+    Subject::Settings.judge((), problems)
+}
+
+impl Tolerances {
+    /// The tolerances of a run from `start`.
+    pub(crate) fn new(mechanism: &Mechanism, start: &State, settings: &Settings) -> Self {
+        // Where contacts and friction limit the tolerances, a smaller `rtol` must still reduce them.
+        let of_run = settings.companion_of.unwrap_or(settings.rtol);
+        let tighter = (of_run / DEFAULT_RTOL).min(1.0) * (settings.rtol / of_run);
+        let components = Judged::all(mechanism).map(|judged| judged.tolerances(start, settings, tighter));
+        Self { components: components.collect(), stick_part: STICK_PART * tighter }
+    }
+
+    /// Those of a component of the scene.
+    pub(crate) fn of(&self, component: usize) -> &ComponentTolerances {
+        &self.components[component]
+    }
+
+    /// Those of the component of a clearance joint.
+    #[inline]
+    pub(crate) fn of_joint(&self, mechanism: &Mechanism, joint: usize) -> &ComponentTolerances {
+        &self.components[mechanism.scales.contacts[joint].component]
     }
 
     /// Factor, at least 1, by which the tolerances are divided in a step that begins so long [s] after the onset of a
@@ -176,7 +221,7 @@ impl Tolerances {
         let radians = age * scales.resting_speed / scales.resting_penetration;
         let [careful, end] = CAREFUL_RADIANS;
         if radians < end {
-            power(self.onset_caution, ((end - radians) / (end - careful)).min(1.0))
+            power(self.of_joint(mechanism, joint).onset_caution, ((end - radians) / (end - careful)).min(1.0))
         } else {
             1.0
         }
@@ -190,22 +235,11 @@ impl Tolerances {
     pub(crate) fn impact_velocity_floor(&self, mechanism: &Mechanism, joint: usize) -> f64 {
         let default = || {
             let law = &mechanism.slots[joint].law.normal;
-            let resolved = law.onset_damping().min(1.0) * self.velocity.max(self.finest_velocity);
+            let of = self.of_joint(mechanism, joint);
+            let resolved = law.onset_damping().min(1.0) * of.velocity.max(of.finest_velocity);
             resolved.min(mechanism.scales.contacts[joint].resting_velocity)
         };
         mechanism.slots[joint].impact_velocity_floor.unwrap_or_else(default)
-    }
-
-    /// Velocity tolerance in a phase of a contact [m/s]. At most [`NormalLaw::damping_rate`]: an error of
-    /// this size in the penetration rate changes the force by the elastic force. That is below the tolerance
-    /// of free flight only after a slow impact with a small restitution.
-    pub(crate) fn damped(&self, law: &NormalLaw, phase: Phase) -> f64 {
-        match phase {
-            Phase::Contact { latch, .. } => {
-                self.velocity.min(law.damping_rate(latch).max(self.finest_velocity))
-            }
-            Phase::Free | Phase::Beyond => self.velocity,
-        }
     }
 
     /// Factor, at least 1, by which the velocity tolerance in the present phases must be divided for the
@@ -226,41 +260,47 @@ impl Tolerances {
         // If the direction of sliding has changed, the velocity has passed zero.
         let slowest = if start * here > 0.0 { start.abs().min(here.abs()) } else { 0.0 };
         let sliding = self.stick_part * friction.stick_velocity().max(slowest);
+        let of = self.of_joint(mechanism, joint);
         // The common case; the ratio below is at least 1.
-        if sliding >= self.velocity {
+        if sliding >= of.velocity {
             return 1.0;
         }
-        let tolerance = (sliding * law.sliding_ratio(state)).max(self.finest_velocity);
-        if tolerance < self.velocity {
-            (self.velocity_in(mechanism, phases) / tolerance).max(1.0)
+        let tolerance = (sliding * law.sliding_ratio(state)).max(of.finest_velocity);
+        if tolerance < of.velocity {
+            let component = mechanism.scales.contacts[joint].component;
+            (self.velocity_in(mechanism, phases, component) / tolerance).max(1.0)
         } else {
             1.0
         }
     }
 
-    /// Correction of a projection relative to the largest that does not reject its step, in a mechanism of a `speed`
-    /// [m/s].
-    pub(crate) fn excess(&self, correction: &Correction, speed: f64) -> f64 {
-        let of_velocity = if correction.nearly_dependent {
-            // Its square relative to that of the speed is the relative change of the energy.
-            (self.velocity * speed).sqrt().max(self.velocity)
-        } else {
-            self.velocity
+    /// Correction of a projection relative to the largest that does not reject its step.
+    pub(crate) fn excess(&self, scales: &Scales, correction: &Correction, [q, v]: [&[f64]; 2]) -> f64 {
+        let of_component = |(index, of): (usize, &ComponentTolerances)| {
+            let of_velocity = if correction.nearly_dependent {
+                // Its square relative to that of the speed is the relative change of the energy.
+                (of.velocity * scales.components[index].speed).sqrt().max(of.velocity)
+            } else {
+                of.velocity
+            };
+            let position = scales.largest(index, q) / (LARGEST_PROJECTION * of.position);
+            let velocity = scales.largest(index, v) / (LARGEST_PROJECTION * of_velocity);
+            // Rounding errors do not reject the step: they are not smaller in a shorter one.
+            if correction.rounded_position { 0.0 } else { position }.max(if correction.rounded_velocity {
+                0.0
+            } else {
+                velocity
+            })
         };
-        let position = correction.position / (LARGEST_PROJECTION * self.position);
-        let velocity = correction.velocity / (LARGEST_PROJECTION * of_velocity);
-        // Rounding errors do not reject the step: they are not smaller in a shorter one.
-        if correction.rounded_position { 0.0 } else { position }.max(if correction.rounded_velocity {
-            0.0
-        } else {
-            velocity
-        })
+        self.components.iter().enumerate().map(of_component).fold(0.0, f64::max)
     }
 
-    /// Velocity tolerance in the given phases of the contacts [m/s].
-    fn velocity_in(&self, mechanism: &Mechanism, phases: &[Phase]) -> f64 {
-        let joints = mechanism.slots.iter().zip(phases);
-        joints.map(|(joint, phase)| self.damped(&joint.law.normal, *phase)).fold(self.velocity, f64::min)
+    /// Velocity tolerance of a component in the given phases of the contacts [m/s].
+    fn velocity_in(&self, mechanism: &Mechanism, phases: &[Phase], component: usize) -> f64 {
+        let of = &self.components[component];
+        let contacts = mechanism.scales.contacts.iter().zip(&mechanism.slots).zip(phases);
+        let own = contacts.filter(|((contact, _), _)| contact.component == component);
+        own.map(|((_, joint), phase)| of.damped(&joint.law.normal, *phase)).fold(of.velocity, f64::min)
     }
 
     /// Tolerances of all coordinates and their velocities in the given phases of the contacts.
@@ -271,10 +311,29 @@ impl Tolerances {
         position: &mut [f64],
         velocity: &mut [f64],
     ) {
-        let of_velocities = self.velocity_in(mechanism, phases);
-        for (k, lever) in mechanism.scales.levers.iter().enumerate() {
-            position[k] = self.position / lever;
-            velocity[k] = of_velocities / lever;
+        let scales = &mechanism.scales;
+        for (index, of) in self.components.iter().enumerate() {
+            let of_velocities = self.velocity_in(mechanism, phases, index);
+            for (k, lever) in scales.levers.iter().enumerate() {
+                if scales.of_freedoms[k] == index {
+                    position[k] = of.position / lever;
+                    velocity[k] = of_velocities / lever;
+                }
+            }
+        }
+    }
+}
+
+impl ComponentTolerances {
+    /// Velocity tolerance in a phase of a contact [m/s]. At most [`NormalLaw::damping_rate`]: an error of
+    /// this size in the penetration rate changes the force by the elastic force. That is below the tolerance
+    /// of free flight only after a slow impact with a small restitution.
+    pub(crate) fn damped(&self, law: &NormalLaw, phase: Phase) -> f64 {
+        match phase {
+            Phase::Contact { latch, .. } => {
+                self.velocity.min(law.damping_rate(latch).max(self.finest_velocity))
+            }
+            Phase::Free | Phase::Beyond => self.velocity,
         }
     }
 }

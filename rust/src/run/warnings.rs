@@ -170,7 +170,7 @@ pub(crate) fn of_scene(mechanism: &Mechanism) -> Vec<Notice> {
             out_of_range.map(|text| Notice::of_joint("law_out_of_range", &joint.name, Vec::new(), text)),
         );
         let resting = scales.resting_penetration;
-        if resting < ROUNDING_OF_SOLUTION * mechanism.scales.length {
+        if resting < ROUNDING_OF_SOLUTION * mechanism.scales.components[scales.component].length {
             let what = format!(
                 "under the load of the start the contact rests at a penetration of {resting:.1e} m, too close to the \
                  rounding errors of positions: its contact changes may be numerical noise; do not rely on their \

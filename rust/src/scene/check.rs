@@ -7,8 +7,8 @@ use crate::expression::dimension::{Dimension, FORCE, TORQUE};
 use crate::scene::check_laws::start_of_guide;
 use crate::scene::loads::Expression;
 use crate::scene::parts::{
-    Body, CENTER_OF_MASS, Drive, ENERGY, Ends, Force, GROUND, Joint, JointKind, Point, Scene, Start,
-    length_scale, same_points,
+    Attachment, Body, CENTER_OF_MASS, Drive, ENERGY, Ends, Force, GROUND, Joint, JointKind, Point, Scene,
+    Start, same_points,
 };
 
 /// Most entries of a list of the scene, and points of a body. Assembly forms dense matrices of all coordinates: of 500
@@ -112,11 +112,12 @@ impl Scene {
             checker.add("name", message);
         }
         checker.ends(joint.references().map(|(field, reference)| (field, self.body_of(reference))));
+        let body = |end: Option<Attachment>| end.and_then(|end| end.body);
         match joint {
             Joint::Ideal { .. } => {}
             Joint::Clearance { journal_radius, contact, friction, sliding, film, .. } => {
                 self.check_free_to_act(checker, joint, &ends_of[index], ends_of);
-                checker.inside("contact").normal_law(contact, length_scale(self));
+                checker.inside("contact").normal_law(contact, self, ends_of[index].map(body));
                 if let Some(law) = friction {
                     checker.inside("friction").friction(law);
                     if let (FrictionLaw::StickSlip(_), SlidingVelocity::ContactPoint) = (law, sliding) {
@@ -132,7 +133,7 @@ impl Scene {
                     checker.inside("film").lubricant(lubricant, *journal_radius);
                 }
             }
-            Joint::Guide { .. } => checker.guide(joint, length_scale(self)),
+            Joint::Guide { .. } => checker.guide(joint, self, ends_of[index].map(body)),
         }
     }
 

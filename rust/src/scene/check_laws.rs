@@ -11,6 +11,7 @@ use crate::error::refused;
 use crate::expression::dimension::Dimension;
 use crate::numerics::accuracy::EQUAL;
 use crate::scene::check::Checker;
+use crate::scene::components::Components;
 use crate::scene::functions::BUSHING;
 use crate::scene::loads::{Expression, Load};
 use crate::scene::parts::{GuideShape, Joint, Scene};
@@ -72,9 +73,15 @@ fn fault_of_friction(formula: &Formula) -> Option<String> {
 const LEAST_SECTORS: usize = 8;
 
 impl Checker<'_> {
-    /// Checks a law of a joint in a scene of a size [m].
-    pub(super) fn normal_law(&mut self, law: &NormalLaw, size: f64) {
-        if let Some(message) = law.formula().and_then(|formula| fault_of_force(formula, size)) {
+    /// Checks a law of a contact of two bodies.
+    pub(super) fn normal_law(&mut self, law: &NormalLaw, scene: &Scene, bodies: [Option<usize>; 2]) {
+        let size = || {
+            let components = Components::of_scene(scene);
+            let length = components.of(bodies).map_or(0.0, |component| components.lengths[component]);
+            // Only messages depend on it.
+            if length > 0.0 { length } else { 1.0 }
+        };
+        if let Some(message) = law.formula().and_then(|formula| fault_of_force(formula, size())) {
             self.add("force", message);
         }
     }
@@ -179,7 +186,7 @@ impl Checker<'_> {
         }
     }
 
-    pub(super) fn guide(&mut self, joint: &Joint, size: f64) {
+    pub(super) fn guide(&mut self, joint: &Joint, scene: &Scene, bodies: [Option<usize>; 2]) {
         let Joint::Guide { shape, face_length, contact, friction, .. } = joint else { return };
         if let GuideShape::Block { length, height, clearance, is_sleeve: false, .. } = *shape {
             // Half the diagonal fits between the faces then.
@@ -195,7 +202,7 @@ impl Checker<'_> {
         if face_length.is_some() {
             self.round_edge(shape, friction.as_ref());
         }
-        self.inside("contact").normal_law(contact, size);
+        self.inside("contact").normal_law(contact, scene, bodies);
         if let Some(law) = friction {
             self.inside("friction").friction(law);
         }

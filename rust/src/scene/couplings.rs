@@ -14,7 +14,7 @@ use crate::scene::check::Checker;
 use crate::scene::functions::expression_in;
 use crate::scene::json::{Fields, Node, finite, positive};
 use crate::scene::loads::Expression;
-use crate::scene::parts::{Force, GROUND, Scene, length_scale};
+use crate::scene::parts::{Force, GROUND, Scene};
 use crate::scene::quantities::{Coordinate, Quantity, TIME};
 use crate::scene::reader::normal_law;
 
@@ -169,6 +169,17 @@ impl Coupling {
         [&self.driven, &self.driver].map(|name| self.coordinate(scene, name))
     }
 
+    /// The bodies that it ties, as far as their names are known.
+    pub(super) fn bodies(&self, scene: &Scene) -> Vec<usize> {
+        let of = |end| match end {
+            Coupled::Angle(bodies) => bodies,
+            Coupled::Displacement(joint) => {
+                scene.ends(&scene.joints[joint]).map(|end| end.and_then(|end| end.body))
+            }
+        };
+        self.coordinates(scene).into_iter().flatten().flat_map(of).flatten().collect()
+    }
+
     fn coordinate(&self, scene: &Scene, name: &str) -> Result<Coupled, String> {
         if let Some(carrier) = &self.carrier {
             let body = name.strip_suffix(".angle").and_then(|owner| scene.body_index(owner).ok());
@@ -257,7 +268,8 @@ impl Coupling {
             }
         }
         let Some(Backlash { contact, .. }) = &self.backlash else { return };
-        checker.inside("contact").normal_law(contact, length_scale(scene));
+        let bodies = self.bodies(scene);
+        checker.inside("contact").normal_law(contact, scene, [bodies.first().copied(), None]);
         if self.pressure_angle.is_none() {
             let message = "must be given with a backlash, since the flanks touch at the pitch point";
             checker.add("pressure_angle", message);

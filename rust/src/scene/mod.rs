@@ -3,6 +3,7 @@
 
 mod check;
 mod check_laws;
+pub mod components;
 pub mod couplings;
 mod functions;
 pub(crate) mod json;

@@ -82,21 +82,6 @@ pub(crate) fn extent(points: impl Iterator<Item = [f64; 2]>) -> f64 {
     points.iter().enumerate().map(from).fold(0.0, f64::max)
 }
 
-/// Length scale [m]: the largest distance of points of a body or ground; a joint's radius if all coincide; or else 1 m.
-pub(crate) fn length_scale(scene: &Scene) -> f64 {
-    let ground = extent(scene.ground.iter().map(|point| point.position));
-    let mut length = scene.bodies.iter().map(Body::extent).fold(ground, f64::max);
-    for joint in &scene.joints {
-        match joint {
-            Joint::Clearance { journal_radius: size, .. }
-            | Joint::Guide { shape: GuideShape::Block { length: size, .. }, .. }
-            | Joint::Guide { shape: GuideShape::Pin { radius: size, .. }, .. } => length = length.max(*size),
-            Joint::Guide { shape: GuideShape::Stop { .. }, .. } | Joint::Ideal { .. } => {}
-        }
-    }
-    if length > 0.0 { length } else { 1.0 }
-}
-
 /// What slides in a guide with play.
 #[derive(Clone, Debug, PartialEq)]
 pub enum GuideShape {

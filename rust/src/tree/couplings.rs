@@ -4,7 +4,7 @@ use crate::contact::face::Face;
 use crate::contact::pair::{ContactLaw, SlidingVelocity, Surfaces};
 use crate::error::{InputError, Problem, Subject};
 use crate::scene::couplings::{Backlash as SceneBacklash, CompiledLaw, Coupled};
-use crate::scene::parts::{Scene, length_scale};
+use crate::scene::parts::Scene;
 use crate::tree::elements::{
     Backlash, ContactSlot, CoupledCoordinate, Coupling, FramePoint, Mesh, Realization, Tree,
 };
@@ -33,6 +33,7 @@ impl Tree {
                     text,
                     tape,
                     variables,
+                    component: self.components.of(driven.bodies).unwrap_or_default(),
                     first_switch,
                     law_of: None,
                 });
@@ -41,7 +42,8 @@ impl Tree {
             let name = coupling.name.clone();
             let mut tied = Coupling { name, driven, driver, ratio, law, repeats, offset, mesh: None, index };
             if let Some(pressure_angle) = coupling.pressure_angle {
-                match self.mesh(&tied, pressure_angle, length_scale(scene)) {
+                let component = self.components.of(tied.driven.bodies).unwrap_or_default();
+                match self.mesh(&tied, pressure_angle, self.components.lengths[component]) {
                     Err(message) => {
                         problems.push(Problem::new(format!("couplings[{index}].pressure_angle"), message));
                     }

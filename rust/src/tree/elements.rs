@@ -10,6 +10,7 @@ use std::ops::Range;
 use crate::contact::pair::ContactLaw;
 use crate::numerics::instant::Instant;
 use crate::numerics::turns::Turns;
+use crate::scene::components::Components;
 use crate::scene::time_function::TimeFunction;
 use crate::tree::forces::{AppliedForce, AppliedTorque, Bushing, Film, Link, Pull, Torsion};
 use crate::tree::friction::{DryJoint, Reacting};
@@ -284,26 +285,83 @@ pub struct IdealJoint {
 /// Scales for tolerances and error measures; all follow from the scene, none is absolute.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scales {
-    /// Size of the mechanism [m].
-    pub length: f64,
-    /// Speed of its points [m/s]; zero if nothing moves at the start and nothing drives it.
-    pub speed: f64,
+    /// Scales of every component of the scene.
+    pub components: Vec<ComponentScales>,
+    /// The component of every degree of freedom.
+    pub of_freedoms: Vec<usize>,
     /// Largest displacement [m] of a point per unit of each degree of freedom.
     pub levers: Vec<f64>,
     /// Scales of the contact of every slot.
     pub contacts: Vec<ContactScales>,
 }
 
+/// Scales of a component, which what is not connected with it does not change.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ComponentScales {
+    /// Its size [m].
+    pub length: f64,
+    /// Speed of its points [m/s]; zero if nothing moves at the start and nothing drives it.
+    pub speed: f64,
+}
+
+impl ComponentScales {
+    /// Its acceleration on a circle of its size [m/s²].
+    pub fn acceleration(&self) -> f64 {
+        self.speed.powi(2) / self.length
+    }
+
+    /// Time in which it moves by its size [s]; infinity if nothing moves it.
+    pub fn crossing(&self) -> f64 {
+        self.length / self.speed
+    }
+}
+
 impl Scales {
-    /// Largest of rates of the coordinates times their levers.
-    pub fn largest(&self, of: &[f64]) -> f64 {
+    /// Rates of the coordinates of a component, each times its lever.
+    fn moved<'s>(&'s self, component: usize, of: &'s [f64]) -> impl Iterator<Item = f64> + 's {
+        let coordinates = of.iter().zip(&self.levers).zip(&self.of_freedoms);
+        coordinates.filter(move |(_, own)| **own == component).map(|((x, lever), _)| (x * lever).abs())
+    }
+
+    /// Largest of rates of the coordinates of a component times their levers.
+    pub fn largest(&self, component: usize, of: &[f64]) -> f64 {
+        self.moved(component, of).fold(0.0, f64::max)
+    }
+
+    /// Largest acceleration of points of a component [m/s²], of these accelerations of the coordinates or of its scales.
+    pub fn largest_acceleration(&self, component: usize, a: &[f64]) -> f64 {
+        self.largest(component, a).max(self.components[component].acceleration())
+    }
+
+    /// Errors of accelerations relative to the largest of these in the same component: the worst of all components.
+    pub fn relative_to_accelerations(&self, errors: &[f64], a: &[f64]) -> f64 {
+        let of = |index: usize| self.largest(index, errors) / self.largest_acceleration(index, a);
+        // Where nothing moves at all there is no error either.
+        (0..self.components.len()).map(of).fold(0.0, f64::max)
+    }
+
+    /// Largest of rates of all coordinates times their levers.
+    pub fn largest_of_all(&self, of: &[f64]) -> f64 {
         of.iter().zip(&self.levers).map(|(x, lever)| (x * lever).abs()).fold(0.0, f64::max)
+    }
+
+    /// The scales of the component of a clearance joint.
+    #[inline]
+    pub fn of_contact(&self, slot: usize) -> &ComponentScales {
+        &self.components[self.contacts[slot].component]
+    }
+
+    /// Shortest time in which a component moves by its size [s].
+    pub fn shortest_crossing(&self) -> f64 {
+        self.components.iter().map(ComponentScales::crossing).fold(f64::INFINITY, f64::min)
     }
 }
 
 /// Scales of a contact that rests under the load of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactScales {
+    /// The component of its bodies.
+    pub component: usize,
     /// Effective mass [kg], the harmonic mean over all directions.
     pub mass: f64,
     /// Penetration at which the elastic force balances the load [m].
@@ -341,6 +399,8 @@ pub struct Tree {
     pub paths: Vec<Path>,
     /// Bodies in the order of the scene.
     pub bodies: Vec<BodyPlacement>,
+    /// Which of them affect each other.
+    pub components: Components,
     /// Inertias that the degrees of freedom move.
     pub inertias: Vec<FrameInertia>,
     /// Inertias that only drives move. They affect the efforts of the drives and the energies, not the
@@ -409,15 +469,37 @@ impl Tree {
         self.free.len().saturating_sub(self.closed_rows().sum())
     }
 
-    /// Mass of all bodies [kg]; of those that only have moments of inertia, the mass with these at the size [m] of the
-    /// mechanism; 1 kg where drives prescribe the motion of a linkage without either.
-    pub fn total_mass(&self, length: f64) -> f64 {
-        let mass: f64 = self.bodies.iter().map(|body| body.mass).sum();
+    /// Mass of all bodies of a component [kg]; of those that only have moments of inertia, the mass with these at its size;
+    /// 1 kg where drives prescribe the motion of a linkage without either.
+    pub fn total_mass(&self, component: usize) -> f64 {
+        let own = || {
+            let bodies = self.bodies.iter().zip(&self.components.of_body);
+            bodies.filter(|(_, of)| **of == component).map(|(body, _)| body)
+        };
+        let mass: f64 = own().map(|body| body.mass).sum();
         if mass > 0.0 {
             return mass;
         }
-        let inertia: f64 = self.bodies.iter().map(|body| body.inertia).sum();
+        let (inertia, length): (f64, f64) =
+            (own().map(|body| body.inertia).sum(), self.components.lengths[component]);
         if inertia > 0.0 { inertia / (length * length) } else { 1.0 }
+    }
+
+    /// The component of every degree of freedom.
+    pub(crate) fn components_of_freedoms(&self) -> Vec<usize> {
+        let of_columns = self.components_of_columns();
+        self.free.iter().map(|&column| of_columns[column]).collect()
+    }
+
+    /// The component of every column.
+    pub(crate) fn components_of_columns(&self) -> Vec<usize> {
+        let mut components = vec![0; self.frames.len() - 1];
+        for (body, &component) in self.bodies.iter().zip(&self.components.of_body) {
+            for &column in &self.paths[body.frame].columns {
+                components[column] = component;
+            }
+        }
+        components
     }
 
     /// Equations of every closure, coupling and lock, in the order of their rows.

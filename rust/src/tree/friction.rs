@@ -47,7 +47,7 @@ impl Tree {
         if !scene.joints.iter().any(has_friction) {
             return Ok(());
         }
-        let mut tree = Tree::span_with(scene, Some(Vec::new()))?;
+        let mut tree = Tree::span_with(scene, &self.components, Some(Vec::new()))?;
         let with_play = tree.backlashes.iter_mut().map(|backlash| &mut backlash.coupling);
         for (coupling, (known, _)) in tree.couplings.iter_mut().chain(with_play).zip(self.all_couplings()) {
             coupling.offset = known.offset;

@@ -4,7 +4,7 @@
 use crate::contact::film::FilmLaw;
 use crate::numerics::accuracy::ROUNDING_OF_CHAIN;
 use crate::scene::loads::{Expression, Load as SceneLoad};
-use crate::scene::parts::{Attachment, Force, ForceFrame, Joint, JointKind, length_scale};
+use crate::scene::parts::{Attachment, Force, ForceFrame, Joint, JointKind};
 use crate::scene::quantities::{Coordinate, Quantity};
 use crate::tree::elements::{
     BodyPlacement, Closure, DrivenCoordinate, FrameInertia, IdealJoint, IdealKind, Path, Realization, Tree,
@@ -50,6 +50,7 @@ impl Builder<'_> {
             locks,
             ideal_joints,
             tree_joints,
+            components: self.components.clone(),
             ..Tree::default()
         };
         self.add_slots(&mut tree);
@@ -151,7 +152,7 @@ impl Builder<'_> {
             stiffness: *stiffness,
             length: *length,
             damping: *damping,
-            indistinct: if directed { ROUNDING_OF_CHAIN * length_scale(self.scene) } else { 0.0 },
+            indistinct: if directed { ROUNDING_OF_CHAIN * self.size(bodies) } else { 0.0 },
         });
     }
 
@@ -233,12 +234,15 @@ impl Builder<'_> {
         let quantities = expression.quantities(self.scene);
         let names: Vec<&str> = quantities.iter().map(|(name, _)| name.as_str()).collect();
         let variables = quantities.iter().map(|(name, quantity)| (name.clone(), self.variable(*quantity)));
+        let bodies: Vec<usize> =
+            quantities.iter().flat_map(|(_, quantity)| self.scene.bodies_of(quantity.of)).collect();
         tree.motion_loads.push(MotionLoad {
             name: name.to_owned(),
             text: expression.text.clone(),
             // Checked with the scene.
             tape: expression.tape(&names).unwrap_or_default(),
             variables: variables.collect(),
+            component: bodies.first().map_or(0, |&body| self.components.of_body[body]),
             first_switch: tree.switch_count(),
             law_of: None,
         });

@@ -76,6 +76,8 @@ pub struct MotionLoad {
     pub tape: Tape,
     /// The quantities it depends on, with their names.
     pub variables: Vec<(String, Variable)>,
+    /// The component of the bodies on whose motion it depends.
+    pub component: usize,
     /// Index of its first switch among those of all functions.
     pub first_switch: usize,
     /// The contact whose law it is. It is evaluated with the contact; here are its switches, which act while that presses.

@@ -7,7 +7,7 @@ use crate::contact::friction::FrictionLaw;
 use crate::contact::pair::{ContactLaw, SlidingVelocity, Surfaces};
 use crate::contact::worn::WornBearing;
 use crate::expression::dimension::Dimension;
-use crate::scene::parts::{GuideShape, Joint, length_scale};
+use crate::scene::parts::{GuideShape, Joint};
 use crate::tree::elements::{ContactSlot, FramePoint, Guide, Neighbor, Tree};
 use crate::tree::kinematics::{Vec2, direction, perp};
 use crate::tree::loads::{ContactQuantity, LawOf, Measure, MotionLoad, Variable};
@@ -47,6 +47,7 @@ impl Tree {
                 text: text.clone(),
                 tape: tape.clone(),
                 variables,
+                component: self.components.of(slot.bodies).unwrap_or_default(),
                 first_switch: self.switch_count(),
                 law_of: Some(LawOf { slot: index, is_friction }),
             });
@@ -122,7 +123,7 @@ impl Builder<'_> {
         let on_b = rotated_by(axis, second.angle - first.angle - angle.unwrap_or(0.0));
         let before = tree.slots.len();
         let half_length = face_length.map_or(f64::INFINITY, |length| 0.5 * length);
-        let touches = touches(shape, [axis, on_b], half_length, length_scale(self.scene));
+        let touches = touches(shape, [axis, on_b], half_length, self.size(bodies));
         for (index, touch) in touches.iter().enumerate() {
             let Touch { place, corner, face, clearance, is_face_on_b, side } = *touch;
             let [a, b] = if is_face_on_b { [points[1], points[0]] } else { points };
@@ -172,8 +173,8 @@ struct Touch {
 }
 
 /// The contacts of a guide whose axis is given in the frame of the first body and in that of the second, with faces of half
-/// a length [m], in a mechanism of a size [m].
-fn touches(shape: &GuideShape, [axis, on_b]: [Vec2; 2], half_length: f64, scene_size: f64) -> Vec<Touch> {
+/// a length [m], in a component of a size [m].
+fn touches(shape: &GuideShape, [axis, on_b]: [Vec2; 2], half_length: f64, component_size: f64) -> Vec<Touch> {
     let round = |place, normal: Vec2, limit, radius, clearance, size| Touch {
         place,
         corner: Vec2::zeros(),
@@ -227,6 +228,8 @@ fn touches(shape: &GuideShape, [axis, on_b]: [Vec2; 2], half_length: f64, scene_
         GuideShape::Pin { radius, clearance } => SIDES
             .map(|(place, left)| round(place, left * perp(axis), clearance, radius, clearance, radius))
             .into(),
-        GuideShape::Stop { radius } => vec![round("", -axis, -radius, radius, scene_size, scene_size)],
+        GuideShape::Stop { radius } => {
+            vec![round("", -axis, -radius, radius, component_size, component_size)]
+        }
     }
 }

@@ -6,24 +6,29 @@
 use std::collections::VecDeque;
 
 use crate::error::{InputError, Problem, Subject};
-use crate::scene::parts::{Attachment, Force, GROUND, Joint, JointKind, Scene, length_scale};
+use crate::scene::components::Components;
+use crate::scene::parts::{Attachment, Force, GROUND, Joint, JointKind, Scene};
 use crate::tree::elements::{CLOSURE_ROWS, DrivenCoordinate, FramePoint, Realization, Tree};
 use crate::tree::kinematics::{Frame, FrameKind, Vec2, direction, perp, rotated};
 
 impl Tree {
-    /// The tree of a checked scene, without the friction in its joints.
-    pub(crate) fn span(scene: &Scene) -> Result<Tree, InputError> {
-        Self::span_with(scene, None)
+    /// The tree of a checked scene with these components, without the friction in its joints.
+    pub(crate) fn span(scene: &Scene, components: &Components) -> Result<Tree, InputError> {
+        Self::span_with(scene, components, None)
     }
 
     /// The same; with a list for `locks`, ideal joints with friction are held by multipliers.
-    pub(super) fn span_with(scene: &Scene, locks: Option<Vec<usize>>) -> Result<Tree, InputError> {
-        let mut builder = Builder { locks, ..Builder::new(scene) };
+    pub(super) fn span_with(
+        scene: &Scene,
+        components: &Components,
+        locks: Option<Vec<usize>>,
+    ) -> Result<Tree, InputError> {
+        let mut builder = Builder { locks, ..Builder::new(scene, components) };
         builder.span()?;
         builder.check_clearances()?;
         let mut tree = builder.finish();
         tree.add_couplings(scene)?;
-        tree.row_masses = tree.has_light_frame().then(|| tree.masses_of_rows(length_scale(scene)));
+        tree.row_masses = tree.has_light_frame().then(|| tree.masses_of_rows());
         Ok(tree)
     }
 
@@ -39,14 +44,24 @@ impl Tree {
         })
     }
 
-    /// The mass of all bodies for every row in [m], at the size of the mechanism for one in [rad]. Were it much larger or
-    /// smaller, digits would be lost; else the accelerations do not depend on it.
-    fn masses_of_rows(&self, length: f64) -> Vec<f64> {
-        let mass = self.total_mass(length);
-        let of_row = |is_angle: bool| if is_angle { mass * length * length } else { mass };
-        let closures = self.closures.iter().flat_map(|_| [false; CLOSURE_ROWS]);
-        let couplings = self.couplings.iter().map(|coupling| coupling.driven.slide.is_none());
-        let locks = self.locks.iter().map(|&column| self.frames[column + 1].kind == FrameKind::Revolute);
+    /// The mass of all bodies of its component for every row in [m], at the size of that for one in [rad]. Were it much
+    /// larger or smaller, digits would be lost; else the accelerations do not depend on it.
+    fn masses_of_rows(&self) -> Vec<f64> {
+        let of_row = |(component, is_angle): (usize, bool)| {
+            let (length, mass) = (self.components.lengths[component], self.total_mass(component));
+            if is_angle { mass * length * length } else { mass }
+        };
+        let of = |bodies| self.components.of(bodies).unwrap_or_default();
+        let closures = self.closures.iter().flat_map(|closure| [(of(closure.bodies), false); CLOSURE_ROWS]);
+        let couplings = self
+            .couplings
+            .iter()
+            .map(|coupling| (of(coupling.driven.bodies), coupling.driven.slide.is_none()));
+        let of_columns = self.components_of_columns();
+        let locks = self
+            .locks
+            .iter()
+            .map(|&column| (of_columns[column], self.frames[column + 1].kind == FrameKind::Revolute));
         closures.chain(couplings).chain(locks).map(of_row).collect()
     }
 }
@@ -79,6 +94,7 @@ pub(super) fn rotated_by(vector: Vec2, angle: f64) -> Vec2 {
 /// A tree while it is built.
 pub(super) struct Builder<'a> {
     pub(super) scene: &'a Scene,
+    pub(super) components: &'a Components,
     pub(super) placements: Vec<Option<Placement>>,
     /// For every joint of the scene whether it is cut.
     cut: Vec<bool>,
@@ -93,10 +109,11 @@ pub(super) struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    fn new(scene: &'a Scene) -> Self {
+    fn new(scene: &'a Scene, components: &'a Components) -> Self {
         let ground = Frame { parent: 0, anchor: Vec2::zeros(), kind: FrameKind::Revolute };
         Self {
             scene,
+            components,
             placements: vec![None; scene.bodies.len()],
             cut: Vec::new(),
             frames: vec![ground],
@@ -111,6 +128,11 @@ impl<'a> Builder<'a> {
     /// Ends of a joint, whose names have been checked before.
     pub(super) fn ends(&self, joint: &Joint) -> [Attachment; 2] {
         joint.references().map(|(_, reference)| self.end(reference))
+    }
+
+    /// Size [m] of the component of the first of two bodies that is not ground.
+    pub(super) fn size(&self, bodies: [Option<usize>; 2]) -> f64 {
+        self.components.of(bodies).map_or(0.0, |component| self.components.lengths[component])
     }
 
     pub(super) fn end(&self, reference: &str) -> Attachment {

@@ -73,8 +73,13 @@ fn with_edges(case: &Case, random: &mut Random, edges: &[Edge]) -> (Mechanism, V
             backlash: None,
             is_aside: false,
         });
-        let scales =
-            ContactScales { mass: 1.0, resting_penetration: 1.0, resting_speed: 1.0, resting_velocity: 1.0 };
+        let scales = ContactScales {
+            component: 0,
+            mass: 1.0,
+            resting_penetration: 1.0,
+            resting_speed: 1.0,
+            resting_velocity: 1.0,
+        };
         mechanism.scales.contacts.push(scales);
     }
     (mechanism, phases)

@@ -1,15 +1,17 @@
-//! The mass that a contact feels, and the scales that follow from it.
+//! The mass that a contact feels, and the scales of contacts and of what is connected.
 
 use chebclear::contact::normal::{Damping, NormalLaw};
 use chebclear::dynamics::Dynamics;
 use chebclear::mechanism::compiled::Mechanism;
-use chebclear::scene::parts::{Body, Drive, Force, ForceFrame, Joint, JointKind, Scene};
+use chebclear::run::tolerances::default_impact_velocity_floors;
+use chebclear::scene::loads::{Expression, Load};
+use chebclear::scene::parts::{Body, Drive, Force, ForceFrame, Joint, JointKind, Scene, Start};
 use chebclear::scene::time_function::TimeFunction;
 use chebclear::tree::elements::{ContactScales, State};
 use chebclear::tree::kinematics::Vec2;
 
 use crate::dynamics::random_trees::cases;
-use crate::support::{body, compile, ideal, loose, point};
+use crate::support::{body, compile, ideal, loose, point, slider_crank};
 
 /// The scene with its last clearance joint made ideal: it closes a loop, or joins what floated.
 fn last_joint_ideal(mut scene: Scene) -> Scene {
@@ -150,4 +152,77 @@ fn the_pose_of_the_start_hardly_changes_the_scales() {
         }
     }
     assert!(range.iter().all(|[least, most]| most / least < 1.05), "{range:?}");
+}
+
+#[test]
+fn what_is_not_connected_changes_no_scale() {
+    let alone = compile(&slider_crank(false));
+    for speed in [15.0, 1500.0, -1e5] {
+        let mut scene = slider_crank(false);
+        // Ground connects nothing, and no part of the rotor is near.
+        scene.bodies.push(body("rotor", 30.0, 5.0, [0.0; 2], vec![point("rim", 7.0, 0.0)]));
+        scene.joints.push(ideal("axle", "ground", "rotor", JointKind::Revolute));
+        scene.drives.push(Drive::Speed { name: "motor".into(), joint: "axle".into(), speed, angle: 0.0 });
+        let beside = compile(&scene);
+        assert_eq!(beside.scales.contacts, alone.scales.contacts);
+        assert_eq!(beside.scales.components[0], alone.scales.components[0]);
+        assert_eq!(beside.scales.levers, alone.scales.levers);
+        assert_eq!(default_impact_velocity_floors(&beside), default_impact_velocity_floors(&alone));
+    }
+}
+
+#[test]
+fn a_size_is_that_of_the_scene_and_never_a_meter() {
+    let sizes =
+        |scene: &Scene| compile(scene).scales.components.iter().map(|of| of.length).collect::<Vec<_>>();
+    let slide = |force: Force, start: [f64; 2]| Scene {
+        bodies: vec![body("block", 2.0, 1.0, [0.0; 2], Vec::new())],
+        joints: vec![ideal(
+            "slide",
+            "ground",
+            "block",
+            JointKind::Prismatic { axis: [1.0, 0.0], angle: 0.0 },
+        )],
+        forces: vec![Force::Gravity { acceleration: [5.0, 0.0] }, force],
+        start: vec![Start::Joint {
+            joint: "slide".into(),
+            position: Some(start[0]),
+            velocity: Some(start[1]),
+        }],
+        ..Scene::default()
+    };
+    let spring = |stiffness: f64, length: f64, damping: f64| Force::Spring {
+        name: "spring".into(),
+        a: "ground".into(),
+        b: "block".into(),
+        stiffness,
+        length,
+        damping,
+        tension: Load::NONE,
+    };
+    // Weight over stiffness, amplitude of a speed, natural length, place of the start.
+    assert_eq!(sizes(&slide(spring(400.0, 0.0, 0.0), [0.0, 0.0])), [10.0 / 400.0]);
+    assert_eq!(sizes(&slide(spring(200.0, 0.0, 0.0), [0.0, 3.0])), [3.0 / 10.0]);
+    assert_eq!(sizes(&slide(spring(200.0, 0.07, 0.0), [0.02, 3.0])), [0.07]);
+    assert_eq!(sizes(&slide(spring(200.0, 0.0, 0.0), [0.2, 3.0])), [0.2]);
+    // The center of mass is no point with a name, and the pin is at the origin of its body.
+    let pendulum = Scene {
+        bodies: vec![body("bob", 0.5, 2e-3, [0.3, 0.4], Vec::new())],
+        joints: vec![ideal("pin", "ground", "bob", JointKind::Revolute)],
+        ..Scene::default()
+    };
+    assert_eq!(sizes(&pendulum), [0.5]);
+    // Nothing says how far this goes.
+    let formula = Expression::read("-3*block.x**3".into(), Vec::new()).expect("the formula is good");
+    let force = Force::Applied {
+        name: "force".into(),
+        point: "block".into(),
+        x: Load::Motion(Box::new(formula)),
+        y: Load::NONE,
+        frame: ForceFrame::Ground,
+    };
+    let mut scene = slide(force, [0.0, 0.0]);
+    scene.forces.remove(0);
+    let error = Mechanism::compile(&scene).expect_err("there is no size");
+    assert_eq!(error.problems[0].path, "bodies[0].points");
 }

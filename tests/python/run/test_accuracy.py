@@ -126,7 +126,8 @@ def test_companions_take_steps_of_their_own_where_no_tolerance_binds():
     loose, tenth, tight = (cc.simulate(**given, rtol=rtol, outputs=OUTPUTS) for rtol in (1e-5, 1e-6, 1e-11))
     assert np.array_equal(loose.samples, tenth.samples)
     run = cc.simulate(**given, rtol=1e-5, outputs=OUTPUTS, error="estimate")
-    np.testing.assert_allclose(run.error.max_difference, np.abs(run.samples - tight.samples)[-1], rtol=0.2)
+    found, error = run.error.max_difference, np.abs(run.samples - tight.samples)[-1]
+    assert np.all((0.8 * error < found) & (found < 10.0 * error))
     # Nothing is integrated where the drives prescribe everything: there is no error.
     crank = cc.Scene(
         [cc.Body("crank", 1.0, 0.1)],

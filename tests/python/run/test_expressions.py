@@ -105,13 +105,13 @@ class TestLawsThatAreBuiltIn:
     @pytest.mark.parametrize("pair", PAIRS)
     def test_springs_and_dampers(self, pair, method):
         built_in, written, where = PAIRS[pair]
-        # Fast enough that the start decides the scale of speed, and both runs take the same steps.
+        # Fast enough that the start decides the scale of speed, and both runs take about the same steps.
         given = {"duration": 2.0, "samples": 101, "method": method, "rtol": 1e-9}
         outputs = ["block.x", "block.vx", "rail.reaction_x", "energy.balance"]
         runs = [cc.simulate(block(*law, **where), **given, outputs=outputs) for law in (built_in, written)]
         for name in outputs[:3]:
             scale = max(1.0, np.max(np.abs(runs[0][name])))
-            np.testing.assert_allclose(runs[0][name], runs[1][name], rtol=0.0, atol=1e-10 * scale)
+            np.testing.assert_allclose(runs[0][name], runs[1][name], rtol=0.0, atol=1e-9 * scale)
         assert np.max(np.abs(runs[1]["energy.balance"])) < 1e-5
 
     @pytest.mark.parametrize("method", METHODS)

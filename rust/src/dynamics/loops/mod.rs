@@ -49,8 +49,10 @@ pub(super) struct Loops {
     pub(super) right: Vec<f64>,
     /// Diagonal of W where the mass matrix is that with the closures; else empty.
     pub(super) row_masses: Vec<f64>,
-    /// Smallest pivot relative to the accelerance of its closure, where the closures are nearly dependent.
+    /// Smallest pivot relative to the accelerance of its closure, where the closures are nearly dependent, and that closure
+    /// or coupling.
     weakest_pivot: f64,
+    weakest: usize,
     /// Whether the closures are nearly dependent, so that `s` is damped.
     nearly_dependent: bool,
     /// What damping adds to the diagonal of S, the factor of S without it if there is one, and scratch memory.
@@ -83,6 +85,7 @@ impl Loops {
             right: vec![0.0; rows],
             row_masses,
             weakest_pivot: 1.0,
+            weakest: 0,
             nearly_dependent: false,
             damping: vec![0.0; rows],
             undamped: None,
@@ -175,7 +178,7 @@ impl Loops {
             return regular;
         }
         self.nearly_dependent = true;
-        self.weakest_pivot = if regular { self.find_weakest_pivot() } else { 0.0 };
+        (self.weakest_pivot, self.weakest) = if regular { self.find_weakest_pivot() } else { (0.0, 0) };
         self.undamped = regular.then(|| self.s.clone());
         self.write_schur_complement(d);
         for closure in &self.closures {
@@ -214,14 +217,14 @@ impl Loops {
     }
 
     /// Smallest pivot of the factor of S relative to the accelerance of its closure, whose diagonal is in the scratch
-    /// memory.
-    fn find_weakest_pivot(&self) -> f64 {
+    /// memory, and the index of that.
+    fn find_weakest_pivot(&self) -> (f64, usize) {
         let count = self.right.len();
-        let pivots = self.closures.iter().flat_map(|rows| {
+        let pivots = self.closures.iter().enumerate().flat_map(|(index, rows)| {
             let accelerance = accelerance(&self.scratch, rows);
-            rows.clone().map(move |r| 1.0 / (self.s[r * count + r] * accelerance))
+            rows.clone().map(move |r| (1.0 / (self.s[r * count + r] * accelerance), index))
         });
-        pivots.fold(f64::INFINITY, f64::min)
+        pivots.fold((f64::INFINITY, 0), |least, pivot| if pivot.0 < least.0 { pivot } else { least })
     }
 }
 

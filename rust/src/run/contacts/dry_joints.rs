@@ -10,12 +10,18 @@ use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::{Event, EventKind, Place};
 use crate::run::motion::Motion;
 use crate::run::tolerances::Tolerances;
-use crate::tree::elements::IdealKind;
+use crate::tree::elements::{ComponentScales, IdealKind};
 
-/// Unit of the coordinate of a joint at the size of the mechanism: 1 [rad], or that size [m].
+/// The component of a joint.
+fn component(mechanism: &Mechanism, index: usize) -> usize {
+    let joint = &mechanism.ideal_joints[mechanism.dry_joints[index].joint];
+    mechanism.components.of(joint.bodies).unwrap_or_default()
+}
+
+/// Unit of the coordinate of a joint at the size of its component: 1 [rad], or that size [m].
 fn reach(mechanism: &Mechanism, index: usize) -> f64 {
     match mechanism.ideal_joints[mechanism.dry_joints[index].joint].kind {
-        IdealKind::Prismatic => mechanism.scales.length,
+        IdealKind::Prismatic => mechanism.scales.components[component(mechanism, index)].length,
         IdealKind::Revolute | IdealKind::Fixed => 1.0,
     }
 }
@@ -23,7 +29,9 @@ fn reach(mechanism: &Mechanism, index: usize) -> f64 {
 /// Velocity tolerance of the coordinate of a joint [rad/s or m/s].
 fn velocity_tolerance(motion: &Motion, tolerances: &Tolerances, index: usize) -> f64 {
     let mechanism = motion.mechanism;
-    tolerances.velocity * reach(mechanism, index) / mechanism.scales.length
+    let component = component(mechanism, index);
+    let length = mechanism.scales.components[component].length;
+    tolerances.of(component).velocity * reach(mechanism, index) / length
 }
 
 /// Decides which joints stick and which slide at the start.
@@ -69,11 +77,13 @@ pub(crate) fn begin_dry_joints(
 fn anchor(motion: &mut Motion, rtol: f64, joints: &[usize]) {
     let mechanism = motion.mechanism;
     let roots: Vec<f64> = joints.iter().map(|&index| motion.dynamics.dry_inertia(index).sqrt()).collect();
-    let stretches = joints.iter().zip(&roots);
-    let stretches = stretches.map(|(&index, root)| rtol.max(HALF_DIGITS) * reach(mechanism, index) * root);
-    let stretch = stretches.fold(f64::INFINITY, f64::min);
-    let rate = 2.0 * mechanism.scales.speed / mechanism.scales.length;
     for (&index, root) in joints.iter().zip(&roots) {
+        let own = component(mechanism, index);
+        let others = joints.iter().zip(&roots).filter(|(other, _)| component(mechanism, **other) == own);
+        let stretches = others.map(|(&other, root)| rtol.max(HALF_DIGITS) * reach(mechanism, other) * root);
+        let stretch = stretches.fold(f64::INFINITY, f64::min);
+        let ComponentScales { length, speed } = mechanism.scales.components[own];
+        let rate = 2.0 * speed / length;
         let dynamics = &mut motion.dynamics;
         let grips = joints.iter().zip(&roots).map(|(&other, root)| {
             dynamics.dry_correlation(index, other).powi(2) * dynamics.dry_limit(other) / root

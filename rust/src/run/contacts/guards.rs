@@ -137,11 +137,15 @@ impl StepDemands {
     }
 }
 
-/// Rounding error of the penetration [m], a difference of two positions.
+/// Rounding error of the penetration in a clearance joint [m], a difference of two positions.
 #[inline]
-pub(crate) fn gap_resolution(mechanism: &Mechanism, [journal, bearing]: &[PointState; 2]) -> f64 {
+pub(crate) fn gap_resolution(
+    mechanism: &Mechanism,
+    index: usize,
+    [journal, bearing]: &[PointState; 2],
+) -> f64 {
     let size = journal.position.abs().sum() + bearing.position.abs().sum();
-    ROUNDING * (size + mechanism.scales.length)
+    ROUNDING * (size + mechanism.scales.of_contact(index).length)
 }
 
 /// Guard of the gap: zero where the surfaces touch or separate.
@@ -159,13 +163,13 @@ fn gap_guard(
         // The neighbor watches the end of the face.
         Phase::Beyond => return Guard::INACTIVE,
     };
-    let resolution = gap_resolution(motion.mechanism, ends);
+    let resolution = gap_resolution(motion.mechanism, index, ends);
     Guard {
         value: sign * state.penetration,
         rate: sign * state.penetration_rate,
         margin: 0.0,
         resolution,
-        overshoot: (8.0 * resolution).max(OVERSHOOT * tolerances.position),
+        overshoot: (8.0 * resolution).max(OVERSHOOT * tolerances.of_joint(motion.mechanism, index).position),
     }
 }
 
@@ -205,8 +209,8 @@ fn tension_guard(
     // the ratio stays near zero for long, and its noise must not count as events.
     let rounding = ROUNDING * (journal.velocity.abs().sum() + bearing.velocity.abs().sum());
     // Corrected states balance the forces.
-    let of_velocity =
-        if is_corrected { 0.0 } else { RATIO_PART * tolerances.damped(law, motion.dynamics.phases[index]) };
+    let damped = || tolerances.of_joint(motion.mechanism, index).damped(law, motion.dynamics.phases[index]);
+    let of_velocity = if is_corrected { 0.0 } else { RATIO_PART * damped() };
     let resolution = ROUNDING_OF_CHAIN + slope * (rounding + of_velocity);
     Guard {
         value: if clipped { -ratio } else { ratio },

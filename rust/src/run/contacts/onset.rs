@@ -89,7 +89,8 @@ pub(crate) fn begin_contacts(
         let slowest =
             joint.impact_velocity_floor.unwrap_or(mechanism.scales.contacts[index].resting_velocity);
         // A journal that the scene places on the surface may lie on either side by a rounding error.
-        let touches = state.penetration > -gap_resolution(mechanism, &motion.dynamics.slot_ends(joint));
+        let touches =
+            state.penetration > -gap_resolution(mechanism, index, &motion.dynamics.slot_ends(joint));
         let rests = touches && state.penetration_rate.abs() < slowest;
         if !(state.penetration > 0.0 || rests) {
             continue;

@@ -189,24 +189,23 @@ impl<'a> Phases<'a> {
             Phase::Beyond => {}
             Phase::Free => {
                 // Half a clearance per step: the journal cannot cross the bearing without an event. Along a face the
-                // bodies may slide as far as they like.
+                // bodies may slide as far as they like, and before it there is as much room as there is distance.
                 let clearance = joint.law.clearance;
-                let (rate, acceleration, clearance) = match joint.law.surfaces {
+                let room = clearance.max(-state.penetration);
+                let (rate, acceleration, room) = match joint.law.surfaces {
                     Surfaces::Bearing { .. } | Surfaces::Worn(_) => {
                         (relative.rate.norm(), relative.acceleration.norm(), clearance)
                     }
-                    // Beyond the end of a face there is as much room as there is distance.
                     Surfaces::Face(face) if face.is_past_end(relative.eccentricity.into()) => {
-                        let room = clearance.max(-state.penetration);
                         (relative.rate.norm(), relative.acceleration.norm(), room)
                     }
                     Surfaces::Face(face) => {
                         let along = relative.acceleration.dot(&Vec2::from(face.normal));
-                        (state.penetration_rate.abs(), along.abs(), clearance)
+                        (state.penetration_rate.abs(), along.abs(), room)
                     }
                 };
                 // |ė| h + |ë| h²/2 = c/2
-                let bound = clearance / (rate + (rate * rate + acceleration * clearance).sqrt());
+                let bound = room / (rate + (rate * rate + acceleration * room).sqrt());
                 demands.bound = demands.bound.min(settings.refinement() * bound);
             }
             Phase::Contact { .. } => {

@@ -80,12 +80,13 @@ fn stick_guard(
         let spring = slot.law.spring_force(&traction, &relative, state.friction_force);
         let limit = law.static_coefficient * state.normal_force;
         let slope = law.static_coefficient * slot.law.normal.stiffness_at(state.penetration.max(0.0));
-        let rounding = (traction.stiffness + slope) * gap_resolution(motion.mechanism, &ends);
+        let rounding = (traction.stiffness + slope) * gap_resolution(motion.mechanism, index, &ends);
         (limit - spring.abs(), rounding + ROUNDING_OF_CHAIN * limit.abs(), rtol * limit)
     } else {
         let rounding = ROUNDING * ends.iter().map(|end| end.velocity.abs().sum()).sum::<f64>();
         let slider = traction.direction * dynamics.slider_velocity(slot, phase, &traction);
-        (slider, rounding + RATIO_PART * tolerances.velocity, OVERSHOOT * tolerances.velocity)
+        let tolerance = tolerances.of_joint(motion.mechanism, index).velocity;
+        (slider, rounding + RATIO_PART * tolerance, OVERSHOOT * tolerance)
     };
     Guard { value, rate: f64::NAN, margin: 0.0, resolution, overshoot: overshoot.max(8.0 * resolution) }
 }
@@ -138,7 +139,8 @@ pub(crate) fn begin_friction(motion: &mut Motion, tolerances: &Tolerances, index
     let direction = sliding.signum();
     set_traction(motion, index, Traction { direction, ..traction });
     let slider = motion.dynamics.slider_velocity(slot, motion.dynamics.phases[index], &traction);
-    if sliding.abs().min(direction * slider) <= RATIO_PART * tolerances.velocity {
+    let tolerance = tolerances.of_joint(motion.mechanism, index).velocity;
+    if sliding.abs().min(direction * slider) <= RATIO_PART * tolerance {
         let sticks = motion.dynamics.anchored(slot, 0.0, traction);
         set_traction(motion, index, sticks);
     }

@@ -7,7 +7,8 @@ use crate::run::contacts::guards::OVERSHOOT;
 use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::{Event, EventKind, Place};
 use crate::run::motion::Motion;
-use crate::run::tolerances::Tolerances;
+use crate::run::tolerances::{ComponentTolerances, Tolerances};
+use crate::tree::elements::ComponentScales;
 use crate::tree::loads::{LawOf, MotionLoad};
 
 /// The guard of a switch in the state of the frames inside the step or at its end: zero where the force changes its form.
@@ -16,13 +17,10 @@ pub(crate) fn switch_guard(motion: &Motion, tolerances: &Tolerances, is_inside: 
     if motion.mechanism.load_of_switch(index).is_some_and(|(load, _)| !motion.dynamics.acts(load)) {
         return Guard::INACTIVE;
     }
-    let scales = &motion.mechanism.scales;
-    let errors = Uncertainty {
-        length: scales.length,
-        speed: scales.speed,
-        position: tolerances.position,
-        velocity: tolerances.velocity,
-    };
+    let component = motion.mechanism.load_of_switch(index).map_or(0, |(load, _)| load.component);
+    let ComponentScales { length, speed } = motion.mechanism.scales.components[component];
+    let &ComponentTolerances { position, velocity, .. } = tolerances.of(component);
+    let errors = Uncertainty { length, speed, position, velocity };
     let SwitchDistance { value, rate, error, rounding, rests } =
         dynamics.switch_distance(index, &motion.dynamics.switches, &errors);
     Guard {

@@ -17,6 +17,7 @@ use crate::numerics::accuracy::ROUNDING_OF_CHAIN;
 use crate::numerics::instant::Instant;
 use crate::numerics::interval::Interval;
 use crate::run::motion::Motion;
+use crate::run::tolerances::Tolerances;
 use crate::scene::time_function::TimeFunction;
 use crate::tree::elements::DrivenCoordinate;
 use crate::tree::kinematics::FrameKind;
@@ -145,12 +146,12 @@ impl<'a> Inputs<'a> {
         self.watched.iter_mut().for_each(|one| one.history = [(f64::NAN, f64::NAN); 2]);
     }
 
-    /// The part of a step that a shorter one may take, where the step is too long; `tolerance` is that of velocities [m/s].
+    /// The part of a step that a shorter one may take, where the step is too long.
     pub(crate) fn unseen(
         &mut self,
         motion: &mut Motion,
         step: Stretch,
-        tolerance: f64,
+        tolerances: &Tolerances,
         state: &mut StateAt,
     ) -> Option<f64> {
         if self.watched.is_empty() || step.h <= 0.0 {
@@ -160,15 +161,16 @@ impl<'a> Inputs<'a> {
         if pieces > MOST_PIECES {
             return Some(MOST_PIECES as f64 / pieces as f64);
         }
+        let velocity = |component: usize| tolerances.of(component).velocity;
         let mut shortest: Option<f64> = None;
         for one in &mut self.watched {
             let response = match one.acts {
-                Some(acts) => motion.dynamics.response_to(acts, &motion.mechanism.scales),
-                None => one.lever(motion.mechanism),
+                Some(acts) => motion.dynamics.response_to(acts, &motion.mechanism.scales, &velocity),
+                None => one.response_to_drive(motion.mechanism, &velocity),
             };
             // A load on what no freedom moves.
             if response > 0.0 {
-                let allowed = tolerance / (response * step.h);
+                let allowed = 1.0 / (response * step.h);
                 let part = one.unseen(&motion.dynamics, step, pieces, allowed);
                 shortest = part.map(|part| shortest.map_or(part, |least| least.min(part))).or(shortest);
             }
@@ -258,12 +260,13 @@ impl<'a> Watched<'a> {
         }
     }
 
-    /// What the acceleration of a drive makes of the velocities at most: that of its points.
-    fn lever(&self, mechanism: &Mechanism) -> f64 {
-        match self.function {
-            Function::Drive(driven) if driven.is_angle => mechanism.scales.length,
-            _ => 1.0,
-        }
+    /// Acceleration of points per unit of that of a drive, over the velocity tolerance of its component [1/s].
+    fn response_to_drive(&self, mechanism: &Mechanism, tolerance: &dyn Fn(usize) -> f64) -> f64 {
+        let Function::Drive(driven) = self.function else { return 0.0 };
+        let tree = &mechanism.tree;
+        let component = tree.components.of(tree.ideal_joints[driven.joint].bodies).unwrap_or_default();
+        let lever = if driven.is_angle { mechanism.scales.components[component].length } else { 1.0 };
+        lever / tolerance(component)
     }
 
     /// Its value at a part of a step, in the form that it has in this phase or, `anew`, in that of its quantities there.

@@ -78,9 +78,10 @@ fn first_rotation(mechanism: &Mechanism, largest_rotation: f64) -> f64 {
     known.map(time).fold(shortest_drive_time(mechanism), f64::min)
 }
 
-/// Largest motion of a drive in one step: an angle [rad], or the same fraction of the size of the mechanism [m].
+/// Largest motion of a drive in one step: an angle [rad], or the same fraction of the size of its component [m].
 fn largest_motion(mechanism: &Mechanism, driven: &DrivenCoordinate, largest_rotation: f64) -> f64 {
-    largest_rotation * if driven.is_angle { 1.0 } else { mechanism.scales.length }
+    let component = mechanism.components.of(mechanism.ideal_joints[driven.joint].bodies).unwrap_or_default();
+    largest_rotation * if driven.is_angle { 1.0 } else { mechanism.scales.components[component].length }
 }
 
 /// Longest step [s] for which no function of time in the scene is too fast.
