@@ -173,7 +173,7 @@ def test_it_says_that_no_tolerance_helps_and_why():
     assert found.decides == "b" and "b decides, and has no cost" in str(found)
 
 
-def test_tolerances_that_a_jump_hides_from_the_model_are_not_replaced_by_dearer_ones():
+def test_tolerances_that_a_jump_hides_from_the_model_are_not_replaced_by_more_expensive_ones():
     pytest.importorskip("scipy")
     cost = {name: lambda t: 0.02 / t for name in "ab"}
     parameters = {"a": cc.normal(0.0, 0.005), "b": cc.normal(0.0, 0.01)}

@@ -149,12 +149,20 @@ class Search:
             offset += missing
         best = proven or last
         own = self.before
-        if self.spent(own) <= self.spent(best.design) and np.all((own >= self.low) & (own <= self.high)):
+        if self._is_open(own) and self.spent(own) <= self.spent(best.design):
             level, allowed, outside = self.aim(LOOKS)
             verified, missing = self.verified(own, level, allowed)
             if missing < 0.0:
                 return Found(own, True, best.model, outside, offset, verified, missing)
         return best
+
+    def _is_open(self, design: Array) -> bool:
+        """Whether costs are known for these tolerances: in a catalog, those that stand in it."""
+        among = [
+            not len(price.choices) or bool(np.isclose(price.choices, one, rtol=_BINDS).any())
+            for price, one in zip(self.prices.values(), design, strict=True)
+        ]
+        return all(among) and bool(np.all((design >= self.low) & (design <= self.high)))
 
     def spent(self, design: Array) -> float:
         """What tolerances cost; infinite where a catalog has nothing as tight."""
