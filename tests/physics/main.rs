@@ -58,6 +58,7 @@ mod integrators {
 }
 
 mod run {
+    mod allocations;
     mod contact_events;
     mod energy;
     mod impact_floor;

@@ -2,9 +2,12 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::contact::formula::{Formula, steepness};
 use crate::contact::sticking::StickSlip;
 use crate::numerics::dual::Scalar;
+use crate::numerics::turns::Turns;
 
 /// A law for the friction coefficient.
 #[derive(Clone, Debug, PartialEq)]
@@ -154,6 +157,41 @@ impl FrictionLaw {
             FrictionLaw::Formula(ref law) => 3.0 * law.velocity,
             // exp(-3) is 5 %.
             FrictionLaw::StickSlip(law) => 3.0_f64.sqrt() * law.stribeck_velocity,
+        }
+    }
+}
+
+/// Whether an ideal joint with friction sticks or slides.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
+pub enum JointPhase {
+    /// It slides in a direction, ±1; 0 where drives prescribe its motion and stand still.
+    Slides(f64),
+    /// It sticks.
+    Sticks {
+        /// Where, [rad] or [m].
+        position: f64,
+        /// Full turns that were subtracted from the angle.
+        turns: Turns,
+    },
+}
+
+impl Default for JointPhase {
+    fn default() -> Self {
+        JointPhase::Slides(0.0)
+    }
+}
+
+impl JointPhase {
+    /// Whether the joint sticks.
+    pub fn sticks(&self) -> bool {
+        matches!(self, JointPhase::Sticks { .. })
+    }
+
+    /// The direction in which it slides; 0 where it sticks.
+    pub fn direction(&self) -> f64 {
+        match *self {
+            JointPhase::Slides(direction) => direction,
+            JointPhase::Sticks { .. } => 0.0,
         }
     }
 }

@@ -271,7 +271,11 @@ impl<'m> Dynamics<'m> {
             return false;
         }
         self.composites.solve(&self.mass, a);
-        (self.loops.right.is_empty() || self.close_accelerations(a)) && a.iter().all(|a| a.is_finite())
+        let closed = self.loops.right.is_empty() || self.close_accelerations(a);
+        if self.friction.is_some() {
+            self.hold_accelerations(a);
+        }
+        closed && a.iter().all(|a| a.is_finite())
     }
 
     /// Column of the velocity transformation B (displacement and rotation per unit of a coordinate) for a

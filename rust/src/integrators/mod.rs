@@ -97,11 +97,21 @@ pub trait HybridSystem {
         0.0
     }
 
-    /// Changes the phase after the zero of a guard; returns a bound for the next step, or infinity.
+    /// Whether the present phase holds accelerations back, which a step must resolve as those that move: the change of the
+    /// phase depends on them.
+    fn holds(&self) -> bool {
+        false
+    }
+
+    /// The accelerations of all coordinates that the present phase holds back.
+    fn held_accelerations(&mut self, _t: Instant, _q: &[f64], _v: &[f64], _held: &mut [f64]) {}
+
+    /// Changes the phase after the zero of a guard, with what the location of the zero leaves of velocities that vanish
+    /// there; returns a bound for the next step, or infinity.
     ///
     /// # Errors
     /// Why the motion cannot go on beyond it.
-    fn cross(&mut self, _index: usize, _t: f64, _q: &[f64], _v: &[f64]) -> Result<f64, Status> {
+    fn cross(&mut self, _index: usize, _t: f64, _q: &[f64], _v: &mut [f64]) -> Result<f64, Status> {
         Ok(f64::INFINITY)
     }
 

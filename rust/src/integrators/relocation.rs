@@ -166,7 +166,7 @@ impl Run<'_> {
                     return Err((Status::MaxEvents, Some(other)));
                 }
                 self.stats.events += 1;
-                let crossed = self.system.cross(other, self.t, &self.q, &self.v);
+                let crossed = self.system.cross(other, self.t, &self.q, &mut self.v);
                 bound = bound.min(crossed.map_err(|status| (status, Some(other)))?);
             }
         }

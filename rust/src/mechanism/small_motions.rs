@@ -1,8 +1,8 @@
 //! Small motions about a state: the exact derivatives of the accelerations, the closures, and how bodies move with the
 //! coordinates. In: a mechanism and a state; out: matrices, from which modes follow.
 
+use crate::contact::friction::JointPhase;
 use crate::contact::pair::Phase;
-use crate::contact::sticking::Traction;
 use crate::dynamics::{Dynamics, Linearization};
 use crate::error::{InputError, Subject};
 use crate::mechanism::compiled::Mechanism;
@@ -31,13 +31,13 @@ pub fn small_motions(
     mechanism: &Mechanism,
     t: f64,
     State { q, v }: &State,
-    (phases, tractions, turns): (&[Phase], &[Traction], &[Turns]),
+    (phases, joint_phases, turns): (&[Phase], &[JointPhase], &[Turns]),
 ) -> Result<SmallMotions, InputError> {
     let d = mechanism.degrees_of_freedom();
     let mut dynamics = Dynamics::new(mechanism);
     dynamics.phases.copy_from_slice(phases);
     dynamics.turns.copy_from_slice(turns);
-    dynamics.set_tractions(tractions);
+    dynamics.set_joint_phases(joint_phases);
     dynamics.move_to(t, q, v);
     dynamics.settle_switches();
     let mut linear = Linearization::new(d);

@@ -81,7 +81,7 @@ impl CompiledMechanism {
         let found = match &start {
             None => {
                 let dynamics = Dynamics::new(mechanism);
-                let phases = (&dynamics.phases[..], dynamics.tractions(), &dynamics.turns[..]);
+                let phases = (&dynamics.phases[..], dynamics.joint_phases(), &dynamics.turns[..]);
                 small_motions(mechanism, 0.0, &mechanism.start, phases)
             }
             Some(end) => check_restart(mechanism, end).and_then(|()| {
@@ -90,7 +90,7 @@ impl CompiledMechanism {
                     mechanism,
                     end.time,
                     &state,
-                    (&end.memory.phases, &end.memory.tractions, &end.memory.turns),
+                    (&end.memory.phases, &end.memory.joint_phases, &end.memory.turns),
                 )
             }),
         };

@@ -209,10 +209,10 @@ fn first_switch(motion: &mut Motion, path: &Path, t: f64, to: f64) -> Result<Opt
     }
     let (mut q, mut v) = (vec![0.0; motion.q.len()], vec![0.0; motion.q.len()]);
     path.state_at(motion, t, &mut q, &mut v)?;
-    let (switches, tractions) = (motion.dynamics.switches.clone(), motion.dynamics.tractions().to_vec());
+    let (switches, phases) = (motion.dynamics.switches.clone(), motion.dynamics.joint_phases().to_vec());
     let mut switches_until = |instant: f64| {
         path.state_at(motion, instant, &mut q, &mut v)?;
-        Ok(motion.dynamics.switches != switches || motion.dynamics.tractions() != tractions)
+        Ok(motion.dynamics.switches != switches || motion.dynamics.joint_phases() != phases)
     };
     let (mut low, mut high) = (t, to);
     if !switches_until(to)? {

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
+use crate::contact::friction::JointPhase;
 use crate::contact::pair::Phase;
 use crate::contact::sticking::Traction;
 use crate::error::{InputError, Notice, Problem, Subject};
@@ -19,8 +20,8 @@ use crate::scene::json::parse;
 pub struct Memory {
     /// Contact phase of every clearance joint.
     pub phases: Vec<Phase>,
-    /// Whether every ideal joint with friction sticks or slides, and its spring.
-    pub tractions: Vec<Traction>,
+    /// Whether every ideal joint with friction sticks or slides.
+    pub joint_phases: Vec<JointPhase>,
     /// Open contacts, at most one for every clearance joint.
     pub contacts: Vec<Option<OpenContact>>,
     /// Full turns that were subtracted from the coordinate of every column.
@@ -35,7 +36,7 @@ impl Memory {
         let Motion { dynamics, work, counts_work, .. } = motion;
         Self {
             phases: dynamics.phases.clone(),
-            tractions: dynamics.tractions().to_vec(),
+            joint_phases: dynamics.joint_phases().to_vec(),
             contacts: log.open.clone(),
             turns: dynamics.turns.clone(),
             work: (*counts_work && (work.input + work.losses()).is_finite())
@@ -47,12 +48,12 @@ impl Memory {
     /// the runs before did not integrate them, of which the notice tells.
     pub(crate) fn recall(&self, motion: &mut Motion, log: &mut ContactLog) -> Option<Notice> {
         motion.dynamics.phases.clone_from(&self.phases);
-        motion.dynamics.set_tractions(&self.tractions);
+        motion.dynamics.set_joint_phases(&self.joint_phases);
         motion.dynamics.turns.clone_from(&self.turns);
         motion.inside.turns.clone_from(&self.turns);
         log.open.clone_from(&self.contacts);
         let is_unknown = motion.counts_work && self.work.is_none();
-        let unknown = is_unknown.then(|| Work::unknown(self.contacts.len(), self.tractions.len()));
+        let unknown = is_unknown.then(|| Work::unknown(self.contacts.len(), self.joint_phases.len()));
         if let Some(work) = self.work.clone().or(unknown) {
             motion.work = Work { sectors: std::mem::take(&mut motion.work.sectors), ..work };
         }

@@ -1,13 +1,15 @@
 //! The system that the integrator integrates: a motion with its phases, and the observers of its accepted steps.
 
+use crate::contact::friction::JointPhase;
 use crate::contact::pair::Phase;
 use crate::dynamics::Linearization;
 use crate::error::Notice;
 use crate::integrators::dense::DenseStep;
 use crate::integrators::events::Guard;
-use crate::integrators::{HybridSystem, Limits, Projection, StateAt, Status};
+use crate::integrators::{HybridSystem, Limits, Projection, Status};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::instant::Instant;
+use crate::run::contacts::dry_joints::{find_held, hold_still};
 use crate::run::contacts::phases::Phases;
 use crate::run::features::Plan;
 use crate::run::motion::Motion;
@@ -103,6 +105,14 @@ impl<'a> System<'a> {
     }
 }
 
+impl System<'_> {
+    /// Takes back how far joints that stick have crept in a step; returns the projection of its end with that.
+    fn hold_still(&mut self, t: f64, q: &mut [f64], v: &mut [f64], projection: Projection) -> Projection {
+        let held = hold_still(&mut self.motion, &self.phases.tolerances, t, q, v);
+        if held { Projection::Done } else { projection }
+    }
+}
+
 impl HybridSystem for System<'_> {
     fn dimension(&self) -> usize {
         self.motion.q.len()
@@ -185,10 +195,24 @@ impl HybridSystem for System<'_> {
         (0..scales.components.len()).map(of).fold(0.0, f64::max)
     }
 
-    fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> Result<f64, Status> {
+    fn holds(&self) -> bool {
+        self.motion.dynamics.joint_phases().iter().any(JointPhase::sticks)
+    }
+
+    fn held_accelerations(&mut self, t: Instant, q: &[f64], v: &[f64], held: &mut [f64]) {
+        let is_inside = self.motion.dynamics.instant() != t;
+        let moved = self.motion.guarded(is_inside);
+        if !moved.is_at(t, q, v) {
+            moved.move_to(t, q, v);
+        }
+        find_held(&mut self.motion, is_inside);
+        self.motion.guarded(is_inside).held_accelerations(held);
+    }
+
+    fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &mut [f64]) -> Result<f64, Status> {
         self.tracking.interrupt();
         self.inputs.forget();
-        let crossing = self.phases.cross(&mut self.motion, guard, StateAt { t, q, v })?;
+        let crossing = self.phases.cross(&mut self.motion, guard, (t, q, v))?;
         if crossing.has_jump {
             self.balance.forget_state();
         }
@@ -205,7 +229,7 @@ impl HybridSystem for System<'_> {
     fn project(&mut self, t: f64, q: &mut [f64], v: &mut [f64]) -> Projection {
         let mechanism = self.motion.mechanism;
         if !mechanism.has_loops() {
-            return Projection::Unneeded;
+            return self.hold_still(t, q, v, Projection::Unneeded);
         }
         let Some(correction) = self.motion.dynamics.project(t, q, v, &mechanism.scales) else {
             return Projection::Singular;
@@ -216,7 +240,7 @@ impl HybridSystem for System<'_> {
             let [positions, _] = corrections;
             let largest = mechanism.scales.largest_of_all(positions);
             self.largest_projection = self.largest_projection.max(largest);
-            Projection::Done
+            self.hold_still(t, q, v, Projection::Done)
         } else {
             Projection::TooLarge(excess)
         }

@@ -196,16 +196,16 @@ pub fn columns(mechanism: &Mechanism, settings: &Settings) -> Vec<String> {
 
 /// Whether a run may continue where another ended.
 pub(crate) fn check_restart(mechanism: &Mechanism, restart: &Restart) -> Result<(), InputError> {
-    let Memory { phases, tractions, contacts, turns, work } = &restart.memory;
+    let Memory { phases, joint_phases, contacts, turns, work } = &restart.memory;
     let d = mechanism.degrees_of_freedom();
     let joints = mechanism.slots.len();
     let fits = restart.q.len() == d
         && restart.v.len() == d
         && [phases.len(), contacts.len()] == [joints; 2]
-        && tractions.len() == mechanism.dry_joints.len()
+        && joint_phases.len() == mechanism.dry_joints.len()
         && work
             .as_ref()
-            .is_none_or(|work| work.contacts.len() == joints && work.dry_joints.len() == tractions.len())
+            .is_none_or(|work| work.contacts.len() == joints && work.dry_joints.len() == joint_phases.len())
         && contacts
             .iter()
             .enumerate()

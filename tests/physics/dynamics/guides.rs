@@ -114,6 +114,8 @@ pub(crate) fn assert_linearization(dynamics: &mut Dynamics, case: &Case, index: 
     for (exact_values, differences) in blocks {
         let size = largest(exact_values).max(largest(&exact.a)).max(1.0);
         let errors = exact_values.iter().zip(&differences).map(|(exact, by)| (exact - by / part).abs());
+        // One that is not finite is not the largest.
+        assert!(exact_values.iter().all(|exact| exact.is_finite()), "case {index}");
         let worst = errors.fold(0.0, f64::max);
         assert!(worst <= 1e-6 * size, "case {index}: {worst:e} of {size:e}");
     }

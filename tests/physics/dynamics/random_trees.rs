@@ -20,6 +20,7 @@ type Vec2 = Vector2<f64>;
 pub const REGIMES: [&str; 3] = ["below V_s", "between", "above V_d"];
 
 /// A random mechanism in a random state.
+#[derive(Clone)]
 pub struct Case {
     pub scene: Scene,
     pub mechanism: Mechanism,

@@ -128,7 +128,7 @@ impl HybridSystem for Switching {
         if self.latest > 0.0 && self.events.is_empty() { self.refinement } else { 1.0 }
     }
 
-    fn cross(&mut self, index: usize, t: f64, q: &[f64], v: &[f64]) -> Result<f64, Status> {
+    fn cross(&mut self, index: usize, t: f64, q: &[f64], v: &mut [f64]) -> Result<f64, Status> {
         let sign = if self.counts[index].is_multiple_of(2) { 1.0 } else { -1.0 };
         self.events.push((index, t, sign * self.guards[index](t, q[0], v[0]).0));
         self.counts[index] += 1;
@@ -496,7 +496,7 @@ fn a_relocation_is_a_step_like_any_other() {
         fn guards(&mut self, t: Instant, q: &[f64], v: &[f64], guards: &mut [Guard]) {
             self.0.guards(t, q, v, guards);
         }
-        fn cross(&mut self, index: usize, t: f64, q: &[f64], v: &[f64]) -> Result<f64, Status> {
+        fn cross(&mut self, index: usize, t: f64, q: &[f64], v: &mut [f64]) -> Result<f64, Status> {
             let last = self.1.last().expect("a relocation");
             assert_eq!((last.end_time(), &last.end[..]), (t, &[q[0], v[0]][..]));
             self.0.cross(index, t, q, v)

@@ -213,7 +213,7 @@ impl HybridSystem for Rattle {
         };
     }
 
-    fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &[f64]) -> Result<f64, Status> {
+    fn cross(&mut self, guard: usize, t: f64, q: &[f64], v: &mut [f64]) -> Result<f64, Status> {
         let state = self.law.evaluate(&self.motion(t, q, v), self.phase);
         let mut bound = f64::INFINITY;
         self.phase = match (guard, self.phase) {

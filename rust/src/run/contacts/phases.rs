@@ -8,7 +8,7 @@ use crate::integrators::events::Guard;
 use crate::integrators::{StateAt, Status};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::instant::Instant;
-use crate::run::contacts::dry_joints::{begin_dry_joints, cross_dry_joint, dry_guard};
+use crate::run::contacts::dry_joints::{begin_dry_joints, cross_dry_joint, dry_guard, find_held};
 use crate::run::contacts::guards::{GUARDS, StepDemands};
 use crate::run::contacts::log::ContactLog;
 use crate::run::contacts::onset::{begin_contacts, onset};
@@ -70,7 +70,7 @@ impl<'a> Phases<'a> {
     /// Sets those of the start; returns what should be checked.
     pub(crate) fn begin(&mut self, motion: &mut Motion, q: &[f64], v: &[f64]) -> Vec<Notice> {
         let warnings = begin_contacts(motion, &self.tolerances, &mut self.log, q, v);
-        begin_dry_joints(motion, &self.tolerances, self.settings.rtol, (q, v));
+        begin_dry_joints(motion, &self.tolerances, (q, v));
         warnings
     }
 
@@ -132,8 +132,15 @@ impl<'a> Phases<'a> {
         if !self.sticking.is_empty() {
             sticking_guards(motion, &self.sticking, limits, (t, q, v), others);
         }
-        for (index, of_joint) in of_dry_joints.iter_mut().enumerate() {
-            *of_joint = dry_guard(motion, limits, is_inside, index);
+        if !of_dry_joints.is_empty() {
+            let found = find_held(motion, is_inside);
+            for (index, of_joint) in of_dry_joints.iter_mut().enumerate() {
+                *of_joint = dry_guard(motion, &self.tolerances, is_inside, index);
+                if !found && motion.dynamics.joint_phases()[index].sticks() {
+                    // What held it is lost.
+                    of_joint.value = f64::NEG_INFINITY;
+                }
+            }
         }
     }
 
@@ -223,8 +230,9 @@ impl<'a> Phases<'a> {
         &mut self,
         motion: &mut Motion,
         guard: usize,
-        at: StateAt,
+        (t, q, v): (f64, &[f64], &mut [f64]),
     ) -> Result<Crossing, Status> {
+        let at = StateAt { t, q, v: &*v };
         match self.watched(motion, guard) {
             Watched::Contact { slot, of_gap } => self.cross_contact(motion, slot, of_gap, at),
             Watched::Switch(switch) => {
@@ -233,8 +241,7 @@ impl<'a> Phases<'a> {
             }
             Watched::Sticking(slot) => Ok(self.cross_stick(motion, slot, at)),
             Watched::DryJoint(joint) => {
-                let limits = (&self.tolerances, self.settings.rtol);
-                cross_dry_joint(motion, &mut self.log, limits, joint, at)?;
+                cross_dry_joint(motion, &mut self.log, &self.tolerances, joint, (t, q, v))?;
                 Ok(Crossing { bound: f64::INFINITY, has_jump: true })
             }
         }
