@@ -201,8 +201,7 @@ impl Run<'_> {
                     let limits = self.method.next_limits(self.system, at, &mut self.stats);
                     h = self.next_step(taken, error, &limits).max(least);
                     if let Some(other) = self.method.hand_over(h) {
-                        h = other;
-                        self.count_switch();
+                        h = self.switch(other);
                     }
                 }
             }
@@ -353,10 +352,13 @@ impl Run<'_> {
         (SAFETY * power(error, -exponent)).clamp(SMALLEST_FACTOR, LARGEST_FACTOR)
     }
 
-    fn count_switch(&mut self) {
+    /// Counts that another method makes the next attempt, of a `proposed` length; returns the length that it begins with. It
+    /// advances the time: no step of this method has been refused yet.
+    fn switch(&mut self, proposed: f64) -> f64 {
         self.stats.switches += 1;
         // The error of another method gives no prediction.
         self.steps_since_restart = 0;
+        proposed.max(self.shortest())
     }
 
     /// Counts an attempt that is not accepted, and keeps why; returns the length of the next one, `next` unless another
@@ -366,8 +368,7 @@ impl Run<'_> {
         self.refusal = why;
         match self.method.reject(next, &self.stats) {
             Some(other) => {
-                self.count_switch();
-                (other.min(self.system.step_bound()).min(self.limits.max_step), false)
+                (self.switch(other).min(self.system.step_bound()).min(self.limits.max_step), false)
             }
             None => (next, true),
         }

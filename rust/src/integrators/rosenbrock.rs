@@ -81,12 +81,6 @@ impl Rosenbrock {
         lu_factor(w, d, weights, pivots)
     }
 
-    /// Length of the last step times an upper bound of the fastest rate of the motion [-], from the Jacobian
-    /// at its start.
-    pub fn stiffness(&self) -> f64 {
-        self.step.h * self.rate()
-    }
-
     /// Upper bound of the fastest rate of the motion [1/s], from the Jacobian of the last [`Stepper::begin`].
     pub fn rate(&self) -> f64 {
         self.norm(&self.linear.a_v) + self.norm(&self.linear.a_q).sqrt()

@@ -22,6 +22,11 @@ fn work(scene: &Rattle, method: Method, rtol: f64) -> Stats {
     outcome.stats
 }
 
+/// Evaluations; a Jacobian, which contains one, counts two and a factorization a half.
+fn evaluations(stats: &Stats) -> f64 {
+    stats.evaluations as f64 + stats.jacobians as f64 + 0.5 * stats.factorizations as f64
+}
+
 /// Ten times the paper's friction and a tenth of its stick-slip velocity, for 3 ms.
 fn sticking() -> Rattle {
     let mut scene = Rattle::nominal([0.4, 0.3], 1e-4);
@@ -99,7 +104,7 @@ fn gate_3_the_automatic_choice_is_near_the_best_method_where_contacts_slide_and_
 }
 
 #[test]
-fn the_automatic_choice_is_implicit_where_a_contact_sticks_and_explicit_where_none_does() {
+fn the_automatic_choice_is_implicit_where_a_contact_sticks_and_near_the_adams_method_where_none_does() {
     for rtol in [1e-4, 1e-6, 1e-8] {
         let (auto, explicit) =
             (work(&sticking(), Method::Auto, rtol), work(&sticking(), Method::Dop853, rtol));
@@ -108,10 +113,13 @@ fn the_automatic_choice_is_implicit_where_a_contact_sticks_and_explicit_where_no
         // The bearing turns 0.85 m/s past the journal for all of the 1.5 ms.
         let sliding = Rattle::nominal([0.04, 0.03], 1e-3);
         let auto = work(&sliding, Method::Auto, rtol);
-        assert!(auto.explicit_steps == auto.steps && auto.switches == 0, "{auto:?}");
-        let explicit = work(&sliding, Method::Adams, rtol);
-        assert_eq!((auto.steps, auto.stages), (explicit.steps, explicit.stages));
-        assert!(auto.jacobians * 50 <= auto.steps, "{auto:?}");
+        let best = [Method::Adams, Method::Rodas4, Method::Rodas5P, Method::Dop853]
+            .map(|method| evaluations(&work(&sliding, method, rtol)))
+            .into_iter()
+            .fold(f64::INFINITY, f64::min);
+        // Trials lose a twentieth, and another where stretches double.
+        assert!(evaluations(&auto) <= 1.1 * best, "{best} evaluations, {auto:?}");
+        assert!(20 * auto.explicit_steps >= 19 * auto.steps, "{auto:?}");
     }
     // A flight and nothing else.
     let mut flight = Rattle::nominal([0.4, 0.3], 1e-4);
@@ -256,7 +264,7 @@ fn the_stiffness_of_a_step_is_its_length_times_the_fastest_rate() {
                 assert!(method.begin(&mut system, StateAt { t: 0.3, q: &[0.7], v: &[0.2] }, &mut stats));
                 assert!(method.attempt(&mut system, h, &mut stats));
             }
-            let (found, bound) = (explicit.stiffness(), implicit.stiffness());
+            let (found, bound) = (explicit.stiffness(), implicit.step.h * implicit.rate());
             println!("{stiffness} {damping} {product}: {found:.3}, by the Jacobian {bound:.3}");
             assert!((found / product - 1.0).abs() < 0.2, "{found} instead of {product}");
             assert!((0.999..2.0).contains(&(bound / product)), "{bound} for {product}");
