@@ -291,7 +291,8 @@ impl Curve {
     pub fn ranges(&self, x: Interval) -> [Interval; 4] {
         let [first, last] = self.ends();
         if self.repeats() {
-            if !(x.upper - x.lower < self.span()) {
+            let width = x.upper - x.lower;
+            if width.is_nan() || width >= self.span() {
                 return self.ranges_within(Interval { lower: first, upper: last });
             }
             let shift = ((x.lower - first) / self.span()).floor() * self.span();

@@ -135,13 +135,7 @@ pub trait HybridSystem {
     /// Whether what acts changes in a step of length `h` [s] from `t` [s] by more than the method sees, which asks for the
     /// accelerations at parts of the step, the `nodes`; a multistep method at the ends of its steps. `state` writes the
     /// approximate state at a part of the step. Returns the part that a shorter step may take.
-    fn unseen_change(
-        &mut self,
-        _t: f64,
-        _h: f64,
-        _nodes: &[f64],
-        _state: &mut dyn FnMut(f64, &mut [f64], &mut [f64]),
-    ) -> Option<f64> {
+    fn unseen_change(&mut self, _t: f64, _h: f64, _nodes: &[f64], _state: &mut StateInside) -> Option<f64> {
         None
     }
 
@@ -157,6 +151,9 @@ pub trait HybridSystem {
         Ok(())
     }
 }
+
+/// Writes the approximate state at a part of a step.
+pub type StateInside<'s> = dyn FnMut(f64, &mut [f64], &mut [f64]) + 's;
 
 /// A state at an instant.
 #[derive(Clone, Copy, Debug)]

@@ -117,7 +117,8 @@ impl Interval {
     /// Cosine.
     #[must_use]
     pub fn cos(self) -> Self {
-        if !(self.upper - self.lower < 2.0 * PI) {
+        let width = self.upper - self.lower;
+        if width.is_nan() || width >= 2.0 * PI {
             return Self { lower: -1.0, upper: 1.0 };
         }
         // Whole half turns in it: even ones are maxima, odd ones minima.

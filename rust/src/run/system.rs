@@ -6,7 +6,7 @@ use crate::dynamics::Linearization;
 use crate::error::Notice;
 use crate::integrators::dense::DenseStep;
 use crate::integrators::events::Guard;
-use crate::integrators::{HybridSystem, Limits, Projection, Status};
+use crate::integrators::{HybridSystem, Limits, Projection, StateInside, Status};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::instant::Instant;
 use crate::run::contacts::dry_joints::{find_held, hold_still};
@@ -20,7 +20,7 @@ use crate::run::settings::Settings;
 use crate::run::tracking::Tracking;
 use crate::run::warnings::of_scene;
 use crate::run::work::balance::Balance;
-use crate::run::work::inputs::{Inputs, StateAt as StateInside, Stretch};
+use crate::run::work::inputs::{Inputs, Stretch};
 use crate::tree::elements::State;
 
 /// First step of a run relative to the time in which the mechanism moves by its own size. Rejections shorten

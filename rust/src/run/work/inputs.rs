@@ -12,6 +12,7 @@ use crate::dynamics::{Acting, Dynamics};
 use crate::error::Notice;
 use crate::expression::enclosure::Enclosure;
 use crate::expression::tape::MOST_VARIABLES;
+use crate::integrators::StateInside;
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::accuracy::ROUNDING_OF_CHAIN;
 use crate::numerics::instant::Instant;
@@ -88,9 +89,6 @@ pub(crate) struct Stretch<'n> {
     pub(crate) nodes: &'n [f64],
 }
 
-/// Writes the approximate state at a part of a step.
-pub(crate) type StateAt<'s> = dyn FnMut(f64, &mut [f64], &mut [f64]) + 's;
-
 impl<'a> Inputs<'a> {
     /// Those of a mechanism.
     pub(crate) fn of(mechanism: &'a Mechanism) -> Self {
@@ -152,7 +150,7 @@ impl<'a> Inputs<'a> {
         motion: &mut Motion,
         step: Stretch,
         tolerances: &Tolerances,
-        state: &mut StateAt,
+        state: &mut StateInside,
     ) -> Option<f64> {
         if self.watched.is_empty() || step.h <= 0.0 {
             return None;
@@ -185,7 +183,12 @@ impl<'a> Inputs<'a> {
     }
 
     /// Writes the quantities of all loads at parts of a step; returns in how many pieces these divide it.
-    fn follow(&mut self, motion: &mut Motion, Stretch { t, h, .. }: Stretch, state: &mut StateAt) -> usize {
+    fn follow(
+        &mut self,
+        motion: &mut Motion,
+        Stretch { t, h, .. }: Stretch,
+        state: &mut StateInside,
+    ) -> usize {
         let Self { watched, q, v, .. } = self;
         let mut pieces = 1;
         if watched.iter().any(|one| one.turns) {
@@ -387,7 +390,7 @@ impl<'a> Watched<'a> {
         }
         let shortest = ROUNDING_OF_CHAIN * (step.t.abs() + step.h) / step.h;
         for _ in 0..MOST_STRETCHES {
-            let Some(next) = count.checked_sub(1) else { return None };
+            let next = count.checked_sub(1)?;
             count = next;
             let ([from, to], off) = waiting[next];
             let length = to - from;
