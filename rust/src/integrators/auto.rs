@@ -154,7 +154,7 @@ impl Auto {
         let ratio = self.implicit.work() / Adams::WORK;
         let is_likely = if self.is_implicit {
             // Adams steps of the same price are stable.
-            next * self.implicit.rate() < ratio
+            self.implicit.step.h * self.implicit.rate() < ratio
         } else {
             // Their error would allow steps that pay for a Rosenbrock method.
             let step = self.explicit.step();
@@ -165,12 +165,14 @@ impl Auto {
 
     /// Begins a trial of the other method; returns the length of its first step.
     fn begin_trial(&mut self, next: f64) -> f64 {
-        // Steps that breaks or events have cut, or that a restart has made short, say nothing of what comes: the next one does.
-        let expected = self.step_work() / next;
-        let price = self.standing.price().min(self.last.price()).min(expected);
+        let price = self.standing.price().min(self.last.price());
         self.is_implicit = !self.is_implicit;
-        // The step of the same price.
-        let first = if self.is_implicit { self.implicit.work() } else { Adams::STARTING_WORK } / price;
+        // The step of the same price; a Rosenbrock method may take one as long as that of the Adams method anyway.
+        let first = if self.is_implicit {
+            (self.implicit.work() / price).max(next)
+        } else {
+            Adams::STARTING_WORK / price
+        };
         let least = LEAST_STEPS[usize::from(self.is_implicit)];
         let budget = (least * self.implicit.work()).max(REGRET * self.standing.work);
         self.trial = Some(Trial { stretch: Stretch::default(), budget, price, resumed: next });
