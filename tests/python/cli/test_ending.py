@@ -70,7 +70,7 @@ def run(program, folder):
 
 
 @posix
-@pytest.mark.parametrize("module", ["numpy", "chebclear.templates.template", "matplotlib"])
+@pytest.mark.parametrize("module", ["numpy", "chebclear.templates.template", "chebclear.scene.scene"])
 def test_ctrl_c_while_libraries_are_imported_is_one_line(module, tmp_path):
     done = run(EARLY.format(module=module, scene=str(SCENE)), tmp_path)
     assert done.returncode == 130
