@@ -109,8 +109,8 @@ class _SmallMotions(TypedDict):
     bodies: NDArray[np.float64]
     poses: list[list[float]]
     levers: list[float]
-    speed: float
-    length: float
+    speeds: list[float]
+    lengths: list[float]
 
 @final
 class Mechanism:
