@@ -111,6 +111,7 @@ class _SmallMotions(TypedDict):
     levers: list[float]
     speeds: list[float]
     lengths: list[float]
+    length: float
 
 @final
 class Mechanism:

@@ -197,7 +197,7 @@ class TestBifurcation:
     def test_a_run_that_fails_is_nan_and_said(self):
         with pytest.warns(cc.ChebclearWarning):
             found = cc.bifurcation(
-                cc.mechanisms.slider_crank, "clearance", [2e-5, 2e-4], periods=1, discard=0, max_steps=3500
+                cc.mechanisms.slider_crank, "clearance", [2e-5, 2e-4], periods=1, discard=0, max_steps=4100
             )
         assert np.isnan(found.samples[0]).all() and np.isfinite(found.samples[1]).all()
         assert found.points(1e-9)[0] == 0
