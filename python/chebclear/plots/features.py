@@ -334,12 +334,16 @@ def _bars_with_whiskers(ax: Axes, rows: list[tuple[str, Any, str]], bars: dict[s
     set_row_names(ax, [name for name, _, _ in rows])
     for row, (_, estimate, color) in enumerate(rows):
         value, lower, upper = (100.0 * number for number in estimate)
+        if math.isnan(value):
+            _beside(ax, 0.0, row, "unknown", "left")
+            continue
         style: dict[str, Any] = {"height": 0.6, "color": color} | bars
         ax.barh(row, value, **style)
         ax.plot((lower, upper), (row, row), color="0.2", linewidth=1.0, marker="|", markersize=7.0)
         _beside(ax, max(value, upper), row, f"{round(value) + 0:d} %", "left")
-    low = 100.0 * min(0.0, *(estimate[1] for _, estimate, _ in rows))
-    high = 100.0 * max(max(estimate[0], estimate[2]) for _, estimate, _ in rows)
+    known = [estimate for _, estimate, _ in rows if not math.isnan(estimate[0])]
+    low = 100.0 * min((0.0, *(estimate[1] for estimate in known)))
+    high = 100.0 * max((0.0, *(max(estimate[0], estimate[2]) for estimate in known)))
     room = _room(ax, ["100 %"])
     span = (high - low or 1.0) / (1.0 - room - 0.03)
     ax.set_xlim(low - (0.03 * span if low < 0.0 else 0.0), low + span * 0.97 if low < 0.0 else span)

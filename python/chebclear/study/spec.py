@@ -436,7 +436,7 @@ def declared_order(build: Callable[..., Any], names: Iterable[str]) -> list[str]
     except (TypeError, ValueError):  # a callable without a signature, such as some compiled ones
         known = []
     # Those of the function itself come before what it takes as **options, which signatures show further up.
-    code = getattr(build, "__code__", None)
+    code = getattr(inspect.unwrap(build), "__code__", None)
     if code is not None:
         known = [*code.co_varnames[: code.co_argcount + code.co_kwonlyargcount], *known]
     return sorted(names, key=lambda name: (known.index(name) if name in known else len(known), name))

@@ -27,8 +27,8 @@ pub(crate) struct Assembled {
     pub(crate) branch: Vec<i8>,
     /// What is added in every coupling [rad or m].
     pub(crate) offsets: Vec<f64>,
-    /// Says that another assembly is about as near.
-    pub(crate) warning: Option<Notice>,
+    /// What should be checked: another assembly about as near, sizes that nothing gives.
+    pub(crate) warnings: Vec<Notice>,
 }
 
 /// The tree of a checked scene, without the friction in its joints, and its start.
@@ -36,22 +36,28 @@ pub(crate) fn assembled_tree(scene: &Scene, preferred: &[i8]) -> Result<(Tree, A
     let mut components = Components::of_scene(scene);
     let unknown: Vec<usize> =
         (0..components.lengths.len()).filter(|&index| components.lengths[index] == 0.0).collect();
+    let mut warnings = Vec::new();
     if !unknown.is_empty() {
         // All points of these coincide: any size will do for their assembly.
         unknown.iter().for_each(|&index| components.lengths[index] = 1.0);
         let tree = Tree::span(scene, &components)?;
         let Assembled { start, .. } = assemble(&tree, scene, preferred)?;
         for index in unknown {
-            components.lengths[index] = length_of_motion(&tree, &start, index)?;
+            components.lengths[index] = length_of_motion(&tree, &start, index).unwrap_or_else(|notice| {
+                warnings.extend(notice);
+                1.0
+            });
         }
     }
     let tree = Tree::span(scene, &components)?;
-    let assembled = assemble(&tree, scene, preferred)?;
+    let mut assembled = assemble(&tree, scene, preferred)?;
+    assembled.warnings.extend(warnings);
     Ok((tree, assembled))
 }
 
 /// The start of a tree nearest to the given angles; of those that are about equally near the one on a branch that is
 /// preferred, if there is one.
+// Long because each reason why there is no start has its message.
 fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<Assembled, InputError> {
     let length = tree.components.largest();
     let d = tree.free.len();
@@ -111,7 +117,7 @@ fn assemble(tree: &Tree, scene: &Scene, preferred: &[i8]) -> Result<Assembled, I
         },
         branch,
         offsets,
-        warning,
+        warnings: warning.into_iter().collect(),
     })
 }
 

@@ -40,7 +40,7 @@ impl Mechanism {
     pub fn compile_on(scene: &Scene, preferred: &[i8]) -> Result<Mechanism, InputError> {
         scene.check()?;
         let (mut tree, assembled) = assembled_tree(scene, preferred)?;
-        let Assembled { start, scales, branch, offsets, warning } = assembled;
+        let Assembled { start, scales, branch, offsets, warnings: told } = assembled;
         let with_play = tree.backlashes.iter_mut().map(|backlash| &mut backlash.coupling);
         for (coupling, offset) in tree.couplings.iter_mut().chain(with_play).zip(offsets) {
             coupling.offset = Some(offset);
@@ -49,7 +49,7 @@ impl Mechanism {
             slot.law.normal.fit(scales.resting_penetration);
         }
         let mut warnings = scene.implausible();
-        warnings.extend(warning);
+        warnings.extend(told);
         warnings.extend(warnings_of_springs(&tree, &start, scene));
         warnings.extend(warning_of_equilibrium(&tree, &start, &scales, scene));
         tree.add_friction(scene)?;

@@ -2,7 +2,7 @@
 
 use crate::contact::pair::Surfaces;
 use crate::dynamics::{Dynamics, Linearization};
-use crate::error::{InputError, Problem, Subject};
+use crate::error::Notice;
 use crate::numerics::accuracy::EQUAL;
 use crate::scene::time_function::TimeFunction;
 use crate::tree::elements::{ContactScales, ContactSlot, FrameInertia, State, Tree};
@@ -199,9 +199,10 @@ fn opening(dynamics: &mut Dynamics, slot: &ContactSlot) -> (f64, f64) {
     }
 }
 
-/// Size [m] of a component of which the scene gives no length, from its motion at the start. An error where that says
-/// nothing, and forces depend on the motion or on time.
-pub(crate) fn length_of_motion(tree: &Tree, start: &State, component: usize) -> Result<f64, InputError> {
+/// Size [m] of a component of which the scene gives no length, from its motion at the start. Where that says nothing, an
+/// error: a notice if forces depend on the motion or on time, none if no error depends on the size.
+// Long because every way to a length stands beside the others.
+pub(crate) fn length_of_motion(tree: &Tree, start: &State, component: usize) -> Result<f64, Option<Notice>> {
     let State { q, v } = start;
     let d = tree.free.len();
     let mut dynamics = Dynamics::new(tree);
@@ -266,14 +267,14 @@ pub(crate) fn length_of_motion(tree: &Tree, start: &State, component: usize) -> 
         Load::Time(_) | Load::Motion(_) => false,
     };
     if !(0..d).any(|k| slides(&k)) || loads.all().all(is_constant) {
-        // Angles have no length; or nothing moves, or all goes on as at the start: no error depends on the size.
-        return Ok(1.0);
+        // Angles have no length; or nothing moves, or all goes on as at the start.
+        return Err(None);
     }
     let index = tree.components.of_body.iter().position(|of| *of == component).unwrap_or_default();
-    let message = format!(
-        "{:?} needs a size, from which tolerances follow: its points all lie in one place, and neither springs nor its \
-         motion at the start give a length; name a point at its edge",
+    let text = format!(
+        "{:?} has no size: its points all lie in one place, and neither springs nor its motion at the start give a length. \
+         Tolerances are those of a body of 1 m; name a point at its edge, or give position_tolerance",
         tree.bodies[index].name
     );
-    Subject::Scene.judge(1.0, vec![Problem::new(format!("bodies[{index}].points"), message)])
+    Err(Some(Notice::of_field("no_size", format!("bodies[{index}].points"), Vec::new(), text)))
 }

@@ -21,7 +21,7 @@ pub(crate) struct Samples<'a> {
     needs: Needs,
     /// Rows near a change point, where forces in the loops are not known.
     pub(crate) unknown: usize,
-    /// The first other row with an output that is no finite number: of forces or energies that overflow.
+    /// The first other row with an output that is infinite: forces or energies that overflow. What is not known is no number.
     not_finite: Option<usize>,
     /// The work up to the present step, while that of the motion is up to a sample inside it.
     work_of_steps: Work,
@@ -131,7 +131,7 @@ impl<'a> Samples<'a> {
         for (value, column) in row.iter_mut().zip(&self.columns) {
             *value = column.value(&motion.dynamics, &motion.work);
         }
-        if !unknown && self.not_finite.is_none() && !row.iter().all(|value| value.is_finite()) {
+        if !unknown && self.not_finite.is_none() && row.iter().any(|value| value.is_infinite()) {
             self.not_finite = Some(self.taken);
         }
         self.taken += 1;

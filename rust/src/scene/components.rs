@@ -97,6 +97,7 @@ impl Components {
 
     /// Largest length that a scene gives of a component whose points all coincide [m]: radii of gyration of bodies that can
     /// turn, springs, plays, strokes and distances at the start.
+    // Long because every part that may give a length has its line.
     fn given_length(&self, scene: &Scene, component: usize) -> f64 {
         let turning = scene.turning_bodies().into_iter().filter(|&body| self.of_body[body] == component);
         let gyrations = turning.map(|index| {

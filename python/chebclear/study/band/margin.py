@@ -67,7 +67,7 @@ class Margin:
     window: float = field(default=0.0, metadata=unit("s"))
     inflation: float = 0.0
     checks: int = 0
-    check_error: float = math.nan
+    check_error: float = field(default=math.nan, repr=False)
     persistence: float = 0.0
 
 
