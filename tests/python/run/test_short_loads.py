@@ -48,7 +48,7 @@ def test_gate_19_a_short_force_gives_its_impulse(method):
         for name, (formula, impulse) in pulses(width, "time").items():
             scene = block(cc.Force("pulse", "block.P", formula, 0.0))
             run = cc.simulate(scene, duration=1.0, samples=3, method=method, outputs=["block.vx"])
-            # Rodas5P is off by 8e-5 m/s for the narrowest bell of 1.8e-4 m/s, where the velocity scale is 3 m/s.
+            # Rodas5P is off by 8e-5 m/s for the narrowest bell, of 1.8e-4 m/s: the velocity scale is 3 m/s.
             assert run["block.vx"][-1] == pytest.approx(impulse, abs=1e-4), (name, width)
 
 
