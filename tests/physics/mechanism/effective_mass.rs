@@ -172,7 +172,7 @@ fn what_is_not_connected_changes_no_scale() {
 }
 
 #[test]
-fn a_size_is_that_of_the_scene_and_never_a_meter() {
+fn a_size_is_that_of_the_scene_and_never_a_meter_without_a_notice() {
     let sizes =
         |scene: &Scene| compile(scene).scales.components.iter().map(|of| of.length).collect::<Vec<_>>();
     let slide = |force: Force, start: [f64; 2]| Scene {
@@ -223,6 +223,7 @@ fn a_size_is_that_of_the_scene_and_never_a_meter() {
     };
     let mut scene = slide(force, [0.0, 0.0]);
     scene.forces.remove(0);
-    let error = Mechanism::compile(&scene).expect_err("there is no size");
-    assert_eq!(error.problems[0].path, "bodies[0].points");
+    let mechanism = compile(&scene);
+    let [notice] = &mechanism.warnings[..] else { panic!("{:?}", mechanism.warnings) };
+    assert_eq!((notice.code, &notice.about[..]), ("no_size", &["bodies[0].points".to_owned()][..]));
 }
