@@ -4,7 +4,8 @@ use std::ops::Deref;
 
 use crate::error::{InputError, Notice};
 use crate::mechanism::assembly::{Assembled, assembled_tree};
-use crate::mechanism::balance::{warning_of_equilibrium, warnings_of_springs};
+use crate::mechanism::balance::warning_of_equilibrium;
+use crate::mechanism::springs::warnings_of_springs;
 use crate::scene::parts::Scene;
 use crate::tree::elements::{Scales, State, Tree};
 

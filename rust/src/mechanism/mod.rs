@@ -12,4 +12,5 @@ mod immovable;
 mod nearest;
 mod scales;
 pub mod small_motions;
+mod springs;
 mod vector_loops;

@@ -2,6 +2,7 @@
 //! way to close the loops.
 
 use crate::dynamics::FirstOrder;
+use crate::integrators::Status;
 use crate::run::contacts::dry_joints::settle_directions;
 use crate::run::motion::Motion;
 
@@ -20,6 +21,13 @@ pub(crate) enum Halt {
     Limit,
     /// The run was cancelled.
     Cancelled,
+}
+
+impl Halt {
+    /// The same as the end of a run that [`Motion::goes_on`] gives.
+    pub(crate) fn of(status: Status) -> Self {
+        if status == Status::MaxSteps { Halt::Limit } else { Halt::Cancelled }
+    }
 }
 
 /// A state of the path.

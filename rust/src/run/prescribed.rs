@@ -88,11 +88,7 @@ fn follow_path(
         v.copy_from_slice(end_v);
         (outcome.time, last, bound) = (next, step, limits.max_step.min(growth * (next - t)));
         outcome.stats.steps += 1;
-        match system.motion.goes_on(next) {
-            Ok(()) => {}
-            Err(Status::MaxSteps) => return Err(Halt::Limit),
-            Err(_) => return Err(Halt::Cancelled),
-        }
+        system.motion.goes_on(next).map_err(Halt::of)?;
         if next < end {
             path.go_on(|q| system.motion.wrap(q));
         }
@@ -114,9 +110,7 @@ fn sample_until(system: &mut System, work: &mut WorkOf, until: f64) -> Result<()
         }
         samples.take_state(motion, due, &q, &v);
         motion.work = before;
-        if !(motion.monitor)(due) {
-            return Err(Halt::Cancelled);
-        }
+        motion.goes_on(due).map_err(Halt::of)?;
     }
     Ok(())
 }
@@ -158,7 +152,7 @@ impl WorkOf<'_> {
     /// Counts a piece that begins at an instant.
     fn count(&mut self, motion: &Motion, t: f64) -> Result<(), Halt> {
         self.left = self.left.checked_sub(1).ok_or(Halt::Limit)?;
-        if (motion.monitor)(t) { Ok(()) } else { Err(Halt::Cancelled) }
+        motion.goes_on(t).map_err(Halt::of)
     }
 
     /// Adds the work from an instant to another between which no force switches, in pieces over which it equals the change of

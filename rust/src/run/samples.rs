@@ -22,7 +22,7 @@ pub(crate) struct Samples<'a> {
     /// Rows near a change point, where forces in the loops are not known.
     pub(crate) unknown: usize,
     /// The first other row with an output that is infinite: forces or energies that overflow. What is not known is no number.
-    not_finite: Option<usize>,
+    infinite: Option<usize>,
     /// The work up to the present step, while that of the motion is up to a sample inside it.
     work_of_steps: Work,
 }
@@ -43,7 +43,7 @@ impl<'a> Samples<'a> {
             taken: 0,
             due: None,
             unknown: 0,
-            not_finite: None,
+            infinite: None,
             work_of_steps: Work::default(),
         };
         samples.find_due();
@@ -68,9 +68,9 @@ impl<'a> Samples<'a> {
         self.taken.checked_sub(1).map_or(f64::NEG_INFINITY, |index| self.time(index))
     }
 
-    /// Instant of the first row that is not finite [s], which is taken back with those after it.
-    pub(crate) fn first_not_finite(&mut self) -> Option<f64> {
-        let row = self.not_finite?;
+    /// Instant of the first row with an infinite output [s]; it is taken back with those after it.
+    pub(crate) fn first_infinite(&mut self) -> Option<f64> {
+        let row = self.infinite?;
         self.values[row * self.columns.len()..].fill(f64::NAN);
         self.taken = row;
         Some(self.time(row))
@@ -131,8 +131,8 @@ impl<'a> Samples<'a> {
         for (value, column) in row.iter_mut().zip(&self.columns) {
             *value = column.value(&motion.dynamics, &motion.work);
         }
-        if !unknown && self.not_finite.is_none() && row.iter().any(|value| value.is_infinite()) {
-            self.not_finite = Some(self.taken);
+        if !unknown && self.infinite.is_none() && row.iter().any(|value| value.is_infinite()) {
+            self.infinite = Some(self.taken);
         }
         self.taken += 1;
         self.find_due();
