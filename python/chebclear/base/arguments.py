@@ -51,10 +51,12 @@ def as_whole(value: object) -> int | None:
     return int(value)
 
 
-def _quantity(text: str, unit: str) -> float | None:
-    """A text such as ``"60 ms"`` in the SI unit of its place; None where it is none of this dimension."""
+def _in_si(value: object, unit: str) -> float | None:
+    """A number, or a text such as ``"60 ms"``, in the SI unit of its place; None for anything else."""
+    if type(value) is not str:
+        return as_number(value)
     try:
-        return convert(text, unit)
+        return convert(value, unit)
     except UnitError:
         return None
 
@@ -88,7 +90,7 @@ class Checks:
 
     def number(self, name: str, value: object, unit: str) -> float:
         """A number, or NaN after adding a problem; the core checks its range."""
-        number = as_number(value) if type(value) is not str else _quantity(value, unit)
+        number = _in_si(value, unit)
         if number is None:
             why = why_not(value, unit)
             self.add(name, f"must be a number [{unit}], got {value!r}{why}", wrong_type=not why)
@@ -121,7 +123,7 @@ class Checks:
 
         A text with a unit, such as ``"60 ms"``, is a number in SI units too.
         """
-        number = as_number(value) if type(value) is not str else _quantity(value, unit)
+        number = _in_si(value, unit)
         # First what is nearly always so, without words: a study asks this of thousands of scenes.
         if (
             number is not None

@@ -95,13 +95,17 @@ def column_unit(name: str) -> str:
     return "" if known is None else known.unit
 
 
-def physical_limits(outputs: Sequence[str], clearances: Mapping[str, float]) -> dict[str, Limits]:
+def physical_limits(
+    outputs: Sequence[str], clearances: Mapping[str, float], *, simulated: bool = True
+) -> dict[str, Limits]:
     """Lower and upper limit of each output by its name, in its unit; infinite where there is none.
 
     The clearance of a joint [m] is the distance to contact of a concentric journal: no penetration is below
-    the negative of the largest one.
+    the negative of the largest one. Of a model of the user's own, which is not `simulated`, none is known.
     """
     limits = {}
+    if not simulated:
+        return dict.fromkeys(outputs, FREE)
     for output in outputs:
         owner, _, quantity = output.rpartition(".")
         if owner == "energy":

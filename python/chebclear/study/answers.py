@@ -74,9 +74,7 @@ def _of_band(
             f"a band needs at least {LEAST_RUNS} runs, {count} of {count + len(runs.failures)} have a "
             f"result; the first of the others is {runs.failures[0]}"
         )
-    limits = dict.fromkeys(runs.outputs, (-math.inf, math.inf))
-    if runs.scene is not None:
-        limits = physical_limits(runs.outputs, runs.clearances)
+    limits = physical_limits(runs.outputs, runs.clearances, simulated=runs.scene is not None)
     requirement = replace(requirement, runs=count, failed=count_failed(runs.failures), limits=limits)
     messages = [] if turns is not None else unpredictable(runs)
     return _joined(runner, requirement, runs, None, others, [*runs.notices, *messages])

@@ -11,7 +11,7 @@ import numpy as np
 from ...base.rows import Array
 from ...errors import ArgumentError
 from ...execution.memory import extremes
-from ...scene.columns import FREE, physical_limits
+from ...scene.columns import physical_limits
 from ...scene.scene import Interval
 from ..polynomials.holes import HoleFit, fit_holes, left_out_error
 from ..polynomials.points import nominal_point
@@ -59,11 +59,10 @@ def grid_bands(
         unknown = 1.0  # nothing has checked the polynomials beside their grid
     lowest, highest = extremes(values)
     inner = extremes(values[:-1]) if degrees is None else None
-    known = {} if runs.scene is None else physical_limits(runs.outputs, {})
+    limits = physical_limits(runs.outputs, {}, simulated=runs.scene is not None)
     bands = {}
     for index, name in enumerate(runs.outputs):
         own, hull = values[:-1, :, index], (lowest[:, index], highest[:, index])
-        limits = known.get(name, FREE)
         surrogate: Surrogate | None = None
         verdict: Verdict = "sampled"
         margin = Margin("runs")
@@ -79,7 +78,7 @@ def grid_bands(
                 kept = np.where(holes.dropped[:, None], 0.0, surrogate.terms)
                 surrogate = replace(surrogate, terms=kept)
             # What the polynomial does beyond a limit the output does not.
-            lower, upper = (np.clip(end, *limits) for end in surrogate.bounds(grid.bounds, threads))
+            lower, upper = (np.clip(end, *limits[name]) for end in surrogate.bounds(grid.bounds, threads))
             width = float(np.mean(hull[1] - hull[0]))
             others = values[count:, :, index]
             verdict, margin = judged(surrogate, nodes, fitted, others, places, width, holes, unknown)

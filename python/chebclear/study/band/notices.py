@@ -26,7 +26,8 @@ def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[Notice]
     if not short:
         return []
     runs, failed = requirement.runs, requirement.failed
-    names, asked = ", ".join(short), f"{100.0 * requirement.coverage:.10g} % of the samples"
+    names, wanted = ", ".join(short), f"{100.0 * requirement.coverage:.10g} %"
+    asked = f"{wanted} of the samples"
 
     def told(about: list[str], text: str, **numbers: float) -> Notice:
         return Notice(UNDERSAMPLED, f"undersampled: {text}", tuple(about), numbers)
@@ -49,7 +50,7 @@ def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[Notice]
     needed = math.ceil((runs + failed + 1) * (1.0 - worst) / (1.0 - requirement.coverage)) - 1
     text = (
         f"{runs} runs show that {percent(worst)} of the samples of a further run are in the band of "
-        f"{', '.join(short)}, {asked[: asked.index(' of')]} were required; about {needed} would show it"
+        f"{names}, {wanted} were required; about {needed} would show it"
     )
     return [told(short, text, needed=needed, coverage=worst)]
 

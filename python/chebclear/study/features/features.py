@@ -183,8 +183,8 @@ def _limits(feature: FeatureSpec | None, runs: RunTable) -> Limits:
     """Physical limits of a feature in its unit; none are known of the results of callables."""
     if not isinstance(feature, Feature):
         return FREE
-    known = {} if runs.scene is None else physical_limits([feature.of], runs.clearances)
-    return feature.limits_with(known.get(feature.of, FREE))
+    known = physical_limits([feature.of], runs.clearances, simulated=runs.scene is not None)
+    return feature.limits_with(known[feature.of])
 
 
 @dataclass(frozen=True, eq=False, repr=False)

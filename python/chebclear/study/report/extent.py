@@ -9,7 +9,7 @@ import numpy as np
 from ...base.prefixes import format_quantity
 from ...execution.failures import count_failed
 from ...run.features import Feature
-from ...scene.columns import FREE, physical_limits
+from ...scene.columns import physical_limits
 from ..band.band import Band
 from ..features.features import FeatureResult, FeatureTable
 
@@ -85,5 +85,4 @@ def _limits(result: StudyResult) -> tuple[tuple[float, float], ...]:
     """The physical limits of all outputs."""
     if result.requirement is not None:
         return tuple(result.requirement.limits[name] for name in result.bands)
-    known = {} if result.scene is None else physical_limits(tuple(result.bands), {})
-    return tuple(known.get(name, FREE) for name in result.bands)
+    return tuple(physical_limits(tuple(result.bands), {}, simulated=result.scene is not None).values())

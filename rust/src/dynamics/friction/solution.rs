@@ -7,7 +7,8 @@
 //! T_j + φ_j h_j(λ_j) = 0
 //! ```
 //!
-//! with φ = ±1 where it slides and that of its spring where it sticks. h_j(Λ_jk) bounds what a change of T_k makes of h_j.
+//! with φ = ±1 where it slides, and that with which it does not accelerate where it sticks. h_j(Λ_jk) bounds what a change
+//! of T_k makes of h_j.
 //! Where the matrix of |φ_j| h_j(Λ_jk) has a spectral radius below one there is one solution, which Newton's method finds.
 //! For a single joint that slides the bound is exact: from one on there are two solutions or none.
 //!
