@@ -348,6 +348,8 @@ fn interval_bounds<'py>(
 /// Numerical core of chebclear; use the package, not this module.
 #[pymodule]
 fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    // The first array makes the binding import NumPy's interface, and it panics if that is interrupted: not in a run.
+    numpy::PyArray1::<f64>::zeros(module.py(), 0, false);
     module.add_class::<mechanism::CompiledMechanism>()?;
     module.add_function(wrap_pyfunction!(records::flatten, module)?)?;
     module.add_function(wrap_pyfunction!(records::expression_names, module)?)?;

@@ -70,10 +70,13 @@ impl<'a> Samples<'a> {
 
     /// Instant of the first row with an infinite output [s]; it is taken back with those after it.
     pub(crate) fn first_infinite(&mut self) -> Option<f64> {
-        let row = self.infinite?;
-        self.values[row * self.columns.len()..].fill(f64::NAN);
-        self.taken = row;
-        Some(self.time(row))
+        self.taken = self.infinite?;
+        Some(self.time(self.taken))
+    }
+
+    /// Makes the samples that were not taken NaN.
+    pub(crate) fn forget_the_rest(&mut self) {
+        self.values[self.taken * self.columns.len()..].fill(f64::NAN);
     }
 
     /// Whether an instant [s] lies in the skipped time.

@@ -259,7 +259,8 @@ impl Request {
     }
 }
 
-/// The same into `values` of the caller: a row for every sample, a column for every output.
+/// The same into `values` of the caller: a row for every sample, a column for every output. Rows that the run does not
+/// reach become NaN; where it is cancelled they are left as they are, since filling them takes time.
 ///
 /// # Errors
 /// As [`simulate_from`].
@@ -281,7 +282,6 @@ pub fn record<'a>(
     let scaled_by = if let Begin::State(start) = begin { start } else { &mechanism.start };
     check_tolerances(mechanism, scaled_by, settings)?;
     let Request { names, columns, plan } = Request::of(mechanism, settings, values.len())?;
-    values.fill(f64::NAN);
     let mut system = System::new(mechanism, scaled_by, settings, (columns, values), plan, monitor, from);
     let end = system.samples.end();
     check_functions(mechanism, from, end)?;
@@ -310,6 +310,9 @@ pub fn record<'a>(
     // The motion itself may go on where a force or an energy is beyond the largest number.
     if let Some(time) = system.samples.first_infinite() {
         (outcome.status, outcome.time) = (Status::NonFinite, time);
+    }
+    if outcome.status != Status::Cancelled {
+        system.samples.forget_the_rest();
     }
     if outcome.status == Status::Done {
         system.phases.log.end(&mut system.motion, outcome.time, &q, &v);

@@ -105,6 +105,9 @@ impl<'s> Sweep<'s> {
         let simulate = |(mechanism, values): (&Mechanism, &mut [f64])| {
             let begin = Instant::now();
             let go_on = |_| monitor() && limit.is_none_or(|limit| begin.elapsed() < limit);
+            if limit.is_some() {
+                values.fill(f64::NAN);
+            }
             let run =
                 monitor().then(|| record(mechanism, &mechanism.start, self.settings, &go_on, values))?;
             // Cancelled by the monitor, not by the time limit.
