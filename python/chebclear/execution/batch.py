@@ -18,7 +18,7 @@ from .costs import STATS
 from .dispatch import ExecutorWorkers, Source, Task, Threads
 from .memory import Usage, release, sample_array
 from .options import ExecutionOptions
-from .pieces import BRANCH, DONE, End, Order, Piece, code_version
+from .pieces import BRANCH, DONE, NOT_BEGUN, End, Order, Piece, code_version
 from .store import Store, run_key
 
 # Notices of one run of `build` that keep their order before those of the simulation.
@@ -83,7 +83,8 @@ class Batch(Source):
         """Simulate the runs; raises `RefusedRunError` if they are of more than one branch."""
         executor, threads = self._execution.executor, self._execution.threads
         workers = Threads(threads, self) if executor is None else ExecutorWorkers(executor, self)
-        self.make(workers, report, self._execution.max_seconds)
+        self.make(workers, report, self._execution)
+        self.notices.drop(number for number, end in enumerate(self.ends) if end.status == NOT_BEGUN)
         self.read_kept(report)
 
     def take(self, count: int) -> Task | None:
@@ -96,7 +97,7 @@ class Batch(Source):
             for number, built in zip(numbers, self._build(numbers), strict=True):
                 if isinstance(built, End):
                     self.end(number, built)
-                    self.done += 1
+                    self.finish([number])
                     continue
                 if built.notices:
                     self.notices.add(number, built.notices)
@@ -128,7 +129,7 @@ class Batch(Source):
             )
         self.keep(task, piece)
         self.fill(task.runs, piece, placed=piece.values is task.into)
-        self.done += len(task.runs)
+        self.finish(task.runs)
 
     def end(self, number: int, end: End) -> None:
         super().end(number, end)
@@ -192,9 +193,15 @@ class GatheredNotices:
                 self._first[kind] = (number, place, notice)
             self._runs.setdefault(kind, set()).add(number)
 
+    def drop(self, numbers: Iterable[int]) -> None:
+        """Forget some runs."""
+        dropped = set(numbers)
+        for runs in self._runs.values():
+            runs -= dropped
+
     def kinds(self) -> Iterator[tuple[list[int], Notice]]:
         """Each kind once, in the order of the runs: the runs that have it, and the notice of the first."""
-        for kind in sorted(self._first, key=lambda kind: self._first[kind][:2]):
+        for kind in sorted(filter(self._runs.get, self._first), key=lambda kind: self._first[kind][:2]):
             yield sorted(self._runs[kind]), self._first[kind][2]
 
     def of(self, runs: int, place: Callable[[Sequence[int]], str]) -> tuple[Notice, ...]:

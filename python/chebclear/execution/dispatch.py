@@ -28,6 +28,7 @@ from ..base.progress import Progress
 from ..errors import ChebclearError, error_text
 from .limited import WAKE, Answers, Calls, call_order
 from .memory import threads_started
+from .options import ExecutionOptions
 from .pieces import DONE, NOT_BEGUN, End, Order, Piece, simulate_order, start_worker
 from .store import Store
 
@@ -65,9 +66,18 @@ class Source:
         """Runs that were sent or found in the store."""
         self._kept: list[tuple[int, bytes]] = []  # runs that the store has
         self.total = len(numbers)
-        self.done = 0
-        """Runs that need no more work."""
+        self._open = dict.fromkeys(numbers)  # runs that need more work, in their order
         self.ends = [End()] * self.total
+
+    @property
+    def done(self) -> int:
+        """Runs that need no more work."""
+        return self.total - len(self._open)
+
+    def finish(self, numbers: Iterable[int]) -> None:
+        """Note that runs need no more work."""
+        for number in numbers:
+            self._open.pop(number, None)
 
     def take(self, count: int) -> Task | None:
         """The next runs that no store keeps, at most so many; None if there are no more."""
@@ -89,7 +99,7 @@ class Source:
         end = End(WORKER_LOST, f"its worker was lost whenever it was tried: {error_text(error)}")
         for number in runs:
             self.end(number, end)
-        self.done += len(runs)
+        self.finish(runs)
 
     def fill(self, numbers: Sequence[int], piece: Piece) -> None:
         """Take runs from the store."""
@@ -103,15 +113,43 @@ class Source:
         """The ends of the runs that failed, by their numbers."""
         return {number: end for number, end in enumerate(self.ends) if end.status != DONE}
 
-    def make(self, workers: Workers, report: Progress | None, max_seconds: float | None) -> None:
-        """Make all runs, or those for which there is time [s]; `report` gets the runs done and in all.
+    def failed_of_begun(self) -> dict[int, End]:
+        """The ends of the runs that were begun and failed."""
+        return {number: end for number, end in self.failed().items() if end.status != NOT_BEGUN}
 
-        Exceptions of workers are raised, except for their loss; work in progress is then cancelled.
+    @property
+    def begun(self) -> int:
+        """Runs that were begun."""
+        return self.total - sum(end.status == NOT_BEGUN for end in self.ends)
+
+    def make(self, workers: Workers, report: Progress | None, how: ExecutionOptions) -> None:
+        """Make all runs, or those for which there is time; `report` gets the runs done and in all.
+
+        Exceptions of workers are raised, except for their loss; work in progress is then cancelled. So is an
+        interrupt, unless enough runs are answered from: then all runs from the first on that is not finished
+        count as not begun, so that which ones are left out does not depend on how long they take.
         """
-        with workers.ready():
-            _Dispatcher(self, workers, report, max_seconds).run()
-        for number in self._numbers[self.taken :]:
-            self.end(number, End(NOT_BEGUN, f"there was no time for it within {max_seconds:g} s"))
+        why = f"there was no time for it within {how.max_seconds} s"
+        try:
+            with workers.ready():
+                _Dispatcher(self, workers, report, how.max_seconds).run()
+        except KeyboardInterrupt as interrupt:
+            # A subclass asks the whole program to end.
+            if type(interrupt) is not KeyboardInterrupt or how.answers_from is None:
+                raise
+            if self._whole() < how.answers_from:
+                raise
+            why = "it was interrupted"
+        left = dict.fromkeys(self._numbers[self._whole() :])
+        self._kept = [(number, key) for number, key in self._kept if number not in left]
+        for number in left:
+            self.end(number, End(NOT_BEGUN, why))
+
+    def _whole(self) -> int:
+        """Runs before the first that is neither finished nor kept."""
+        kept = {number for number, _ in self._kept}
+        first = next((number for number in self._open if number not in kept), None)
+        return self.total if first is None else self._numbers.index(first)
 
     def read_kept(self, report: Progress | None) -> None:
         """Take from the store the runs that it has."""
@@ -119,7 +157,7 @@ class Source:
             return
         for numbers, piece in self.store.read(self._kept):
             self.fill(numbers, piece)
-            self.done += len(numbers)
+            self.finish(numbers)
             if report is not None:
                 report(self.done, self.total)
 

@@ -123,13 +123,13 @@ def failure_notices(failures: Sequence[FailedRun], runs: int) -> tuple[Notice, .
             f"requirements and take no other part; the first is {failed[0]}"
         )
         found.append(Notice(FAILED, text, numbers={"runs": len(failed), "of_runs": runs}))
-    left = len(failures) - len(failed)
+    left = [one for one in failures if one.reason == NOT_BEGUN]
     if left:
         text = (
-            f"stopped: {left} of {runs} runs were not begun when max_seconds were over; with a store the "
-            "same study simulates only these"
+            f"stopped: {len(left)} of {runs} runs were not made: {left[0].message}; with a store the same "
+            "study simulates only these"
         )
-        found.append(Notice(STOPPED, text, numbers={"runs": left, "of_runs": runs}))
+        found.append(Notice(STOPPED, text, numbers={"runs": len(left), "of_runs": runs}))
     return tuple(found)
 
 

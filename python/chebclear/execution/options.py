@@ -33,6 +33,8 @@ class ExecutionOptions:
     """Time after which no further runs are started [s]."""
     in_memory: bool = True
     """Whether the samples of all runs are in the memory, and not in a file beside the store."""
+    answers_from: int | None = None
+    """Fewest runs that are answered from when Ctrl-C ends the runs [-]; None if the interrupt is raised."""
     most_failed: float = 0.5
     """Part of the runs that may fail [-]. With more, the error is in what they have in common; 1 for points
     that are judged one by one."""

@@ -228,10 +228,15 @@ def answered(runner: Runner, design: Design) -> StudyResult:
         runner = _following(runner)
         if design.settings is not None and runner.settings is not None:
             design = replace(design, settings=replace(design.settings, features=runner.settings.features))
-    own = own and design.independent
+    own, left = own and design.independent, design.seconds
     if runner.requirements and not own:
-        shares = _of_others(runner, design.settings, len(design.points), asked.seed or 0)
-    runs = runner.made(design.points, design.settings, usage=design.usage)
+        # Both have half of the time, and what the first leaves is the second's.
+        start, half = time.perf_counter(), None if left is None else 0.5 * left
+        limited = runner.limited(half, design.answers_from)
+        shares = _of_others(limited, design.settings, len(design.points), asked.seed or 0)
+        left = None if left is None else max(left - (time.perf_counter() - start), 0.5 * left)
+    limited = runner.limited(left, design.answers_from)
+    runs = limited.made(design.points, design.settings, usage=design.usage)
     result = result_of(runner, design, runs)
     if own:
         shares = _of_runs(runner, result)

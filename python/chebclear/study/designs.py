@@ -19,7 +19,7 @@ from ..errors import ArgumentError
 from ..execution.costs import Costs, Plan, seconds_of
 from ..execution.dispatch import worker_count
 from ..execution.memory import Usage, study_memory
-from ..run.memory import room, taken
+from ..run.memory import taken
 from ..run.settings import Settings, checked_settings
 from .answers import result_of
 from .band.gridded import Grid
@@ -34,12 +34,8 @@ from .sources.run_table import RunTable
 from .sources.scenes import MOST_NODES, MOST_RUNS
 from .spec import check_runs, per_parameter
 
-BAND_RUNS = 81
-"""Runs of a band where time allows no more [-]."""
 BAND_RTOL = 1e-4
 """Relative tolerance of the runs of a band where nothing was said [-]."""
-# Parts of the time and of the memory that are allowed: for the runs that are timed, and for the samples.
-_TIMED, _MEMORY = 0.01, 0.5
 # Runs that are timed, one for each worker at first, become more by this factor until they take so long [s],
 # but no more than this part of the study: what a study takes besides its runs, some tens of milliseconds, is
 # then told from them, and the scatter of single runs, about a third, averages out.
@@ -52,7 +48,7 @@ def band(
     runner: Runner,
     runs: int | None,
     coverage: float,
-    seconds: float,
+    seconds: float | None,
     confidence: float | None,
     rtol: float | None,
     rng: int | Generator | None,
@@ -68,7 +64,8 @@ def band(
         checks.whole("runs", runs, least=LEAST_RUNS, most=MOST_RUNS)
     most = checks.whole("max_runs", max_runs, least=1)
     coverage = checks.real("coverage", coverage, "-", above=0.0, below=1.0)
-    seconds = checks.real("seconds", seconds, "s", above=0.0)
+    if seconds is not None:
+        seconds = checks.real("seconds", seconds, "s", above=0.0)
     if confidence is not None:
         confidence = checks.real("confidence", confidence, "-", above=0.0, below=1.0)
     if rtol is not None and runner.model is not None:
@@ -103,12 +100,11 @@ def band(
         requirement = replace(requirement, finished=True, independent=independent)
         usage = band_usage(*points.shape)
     else:
-        count = needed if runs is None and confidence is not None else runs
-        if count is None:
-            requirement = replace(requirement, seconds=float(seconds))
-            count = _affordable_runs(runner, settings, needed, most, requirement, float(seconds))
+        count = needed if runs is None else runs
         if count > most:
-            raise ArgumentError(f"runs must be <= max_runs = {most}, got {count}: take fewer")
+            took = f"a coverage of {coverage!r} takes" if runs is None else "runs are"
+            checks.add("max_runs", f"= {most} is too small: {took} {count}")
+            checks.finish()
         requirement = replace(requirement, independent=count >= needed)
         usage = band_usage(count, len(runner.parameters))
         points = requirement.points(runner, 0, count)
@@ -117,7 +113,8 @@ def band(
             f"a coverage of {coverage!r} with a confidence of {confidence!r} takes {needed} independent "
             f"runs, got {len(points)}: ask for less, or for more runs"
         )
-    return Design(points, settings, usage, requirement, others)
+    least = LEAST_RUNS + 1 if runs is None else None
+    return Design(points, settings, usage, requirement, others, seconds, least)
 
 
 def spread_evenly(runner: Runner, runs: int, coverage: float, seed: int) -> Design:
@@ -127,30 +124,6 @@ def spread_evenly(runner: Runner, runs: int, coverage: float, seed: int) -> Desi
     if settings is not None and not runner.rtol_given:
         settings = replace(settings, rtol=BAND_RTOL)
     return Design(points, settings, band_usage(*points.shape), requirement)
-
-
-def _affordable_runs(
-    runner: Runner, settings: Settings | None, needed: int, most: int, requirement: Requirement, limit: float
-) -> int:
-    """As many runs as are needed for the exact statement, or as time and memory allow; 81 at least."""
-    count = min(needed, most)
-    points = replace(requirement, independent=True).points(runner, 0, count)
-    try:
-        runs, _, measured = _timed(runner, points, settings, None, _TIMED * limit)
-    except Exception:  # most of a few runs failed: whether most of all do the study itself finds out
-        return min(BAND_RUNS, most)
-    affordable = min(most, int(count * limit / seconds_of(measured, count + 1)))
-    shape = len(runs.t), len(runs.outputs)
-
-    def fits(count: int) -> bool:
-        usage = band_usage(count, len(runner.intervals))
-        size = study_memory((count + 1, *shape), usage, in_memory=runner.execution.in_memory)
-        return count <= affordable and size <= _MEMORY * room()
-
-    count = BAND_RUNS
-    while fits(2 * count):
-        count *= 2
-    return needed if fits(needed) else min(count, most)
 
 
 def chebyshev(

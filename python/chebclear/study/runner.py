@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..base.arguments import Checks
 from ..base.progress import Progress, is_request, reporter
 from ..base.rows import Array
+from ..base.units import unit
 from ..execution.memory import SAMPLES_ALONE, Usage
 from ..execution.options import ExecutionOptions
 from ..run.settings import RunOptions, Settings, checked_names, checked_settings, revolution_of
@@ -53,6 +54,10 @@ class Design:
     """What is made of the runs."""
     others: Sequence[StudyResult] = ()
     """Results whose runs are included in bands."""
+    seconds: float | None = field(default=None, metadata=unit("s"))
+    """Time after which no further runs are begun [s]; that of the study if None."""
+    answers_from: int | None = None
+    """Fewest runs that are answered from when Ctrl-C ends the runs; None if the interrupt is raised."""
 
     @property
     def independent(self) -> bool:
@@ -83,6 +88,12 @@ class Runner(StudySpec):
         asked["units"] = {name: given for name, given in self.units.items() if own.get(name) != given}
         return StudySpec(**asked)
 
+    def limited(self, seconds: float | None, answers_from: int | None) -> Runner:
+        """The runner with limits of a `Design` on the runs; its own is in force if it gives none."""
+        own = self.execution
+        limit = own.max_seconds if seconds is None else seconds
+        return replace(self, execution=replace(own, max_seconds=limit, answers_from=answers_from))
+
     def made(
         self, points: Array, settings: Settings | None, *, midpoint: bool = True, usage: Usage = SAMPLES_ALONE
     ) -> RunTable:
@@ -92,7 +103,8 @@ class Runner(StudySpec):
         if isinstance(self.model, FinishedRuns):
             made = self.model.runs(points, midpoint=midpoint)
         else:
-            with reporter(self.progress, "study") as report:
+            long = self.execution.answers_from is not None
+            with reporter(self.progress, "study", long=long) as report:
                 if self.model is not None:
                     made = self.model.runs(self, points, midpoint, report)
                 else:

@@ -63,8 +63,9 @@ class Study:
     threads : int, optional
         Threads to simulate on [-], at most 1024; all processors if not given, one for each piece given to an
         executor. The results are the same bits for any number.
-    progress : True or callable, optional
-        True shows a bar, or lines; a callable gets the runs done and the runs in all.
+    progress : bool or callable, optional
+        True shows a bar, or lines; a callable gets the runs done and the runs in all. If not given, only
+        studies are shown that take more than ten seconds by a number of runs that the user did not choose.
     executor : concurrent.futures.Executor, optional
         Where runs are made instead of on threads of this process, or one after the other.
     features : mapping of str to Feature or callable, optional
@@ -232,7 +233,7 @@ class Study:
         runs: int | None = None,
         *,
         coverage: float = 0.999,
-        seconds: float = 10.0,
+        seconds: float | None = None,
         confidence: float | None = None,
         rtol: float | None = None,
         rng: int | Generator | None = 0,
@@ -242,13 +243,16 @@ class Study:
         discard: int | None = None,
         angle: str | None = None,
     ) -> StudyResult:
-        """Bands that contain further runs, by as many runs as time allows.
+        """Bands that contain further runs, by as many runs as their coverage takes.
 
         The hull of n independent runs holds all but 2 / (n + 1) of the samples of a further run on average,
-        whatever the mechanism: 1999 runs hold 99.9 %. They are made where that takes no longer than
-        `seconds`. Otherwise, or if `runs` asks for fewer, runs at evenly spread points make bands of running
-        extremes, widened by what held-out runs exceed them by. Where a polynomial in the parameters follows
-        an output, its range with its error is the band, which holds all runs too.
+        whatever the mechanism: 1999 runs hold 99.9 %. If `runs` asks for fewer, runs at evenly spread points
+        make bands of running extremes, widened by what held-out runs exceed them by. Where a polynomial in
+        the parameters follows an output, its range with its error is the band, which holds all runs too.
+
+        Where the number of runs is not given, the time that they will take is shown if it is long and
+        `progress` of the study does not say otherwise, and Ctrl-C ends them: the answer is that of the runs
+        made so far, with the coverage that these prove, and its `status` is ``"stopped"``.
 
         With `revolutions` the bands are **by crank angle**: those of all runs are pooled. This needs fewer
         runs, and remains valid when impacts have made long runs unpredictable.
@@ -257,16 +261,16 @@ class Study:
         ----------
         runs : int, optional
             Number of runs [-], at least 3, in addition to one at the midpoint. If not given, so many as the
-            hull needs for the `coverage` or, if they take longer than `seconds`, 81 or a multiple of 81 by a
-            power of two; `StudyResult.statement` names the number, with which the study repeats to the last
-            digit. Of a table of finished runs, the number of first runs to use; all if not given.
+            hull needs for the `coverage` (and `confidence`): the same number on every machine. Of a table of
+            finished runs, the number of first runs to use; all if not given.
         coverage : float
             Share of the samples of a further run that should be inside [-], between 0 and 1.
-        seconds : float
-            Time for the runs if their number is not given [s]: it is predicted from some of them.
+        seconds : float, optional
+            Time after which no further runs are begun [s], in place of `max_seconds` of the study; the answer
+            is that of the runs made so far.
         confidence : float, optional
-            As many independent runs are made, however long they take, that with this probability their hull
-            holds the `coverage` of all mechanisms at any one instant [-]; 4742 for 0.999 with 0.95.
+            As many independent runs are made that with this probability their hull holds the `coverage` of
+            all mechanisms at any one instant [-]; 4742 for 0.999 with 0.95.
         rtol : float, optional
             Relative tolerance of the integrator [-], in place of that of the study; 1e-4 if neither
             says one. Bands need no smaller one, although single runs change. Velocities of impacting

@@ -251,10 +251,10 @@ def test_progress_is_lines_with_the_time_that_is_left_elsewhere(monkeypatch):
     with progress.bar("study", "runs") as report:
         for done in range(1, 5):
             report(done, 4)
-    # Two steps of six seconds a line: half is done after 12 s, so that 12 s are left.
+    # A quarter is done after 6 s, so that 18 s are left; the next line comes after ten seconds more.
     assert log.getvalue().splitlines() == [
-        "study: 2/4 runs, 50 %, 00:12 passed, 00:12 left",
-        "study: 4/4 runs, 100 %, 00:24 passed, 00:00 left",
+        "study: 1/4 runs, 25 %, 00:06 passed, 00:18 left",
+        "study: 3/4 runs, 75 %, 00:18 passed, 00:06 left",
     ]
 
 

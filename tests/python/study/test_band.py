@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from chebclear import _core
 from chebclear.base.files import same
-from chebclear.study import designs, runner
+from chebclear.execution import dispatch, limited
 from chebclear.study.band.requirement import exact_runs
 from chebclear.study.polynomials.total_degree import TotalDegree, total_degree_polynomial
 from falling import PLANET, TIME, faller, height
@@ -411,50 +411,83 @@ def test_the_hull_of_independent_runs_says_what_it_holds():
     assert not study.band(65, coverage=0.97).requirement.independent
 
 
-@pytest.fixture
-def clock(monkeypatch):
-    """A clock that goes on when a model says so, however fast the machine is."""
+def noisy(a):
+    return {"t": T, "x": np.sin(1e6 * a * (1.0 + T))}
+
+
+NOISY = {"a": cc.Interval(0.0, 1.0)}
+
+
+def test_the_number_of_runs_follows_from_the_requirement_alone():
+    study = cc.Study(noisy, NOISY)
+    for coverage, needed in ((0.97, 66), (0.999, 1999)):
+        result = study.band(coverage=coverage)
+        assert result.requirement.runs == needed and result["x"].verdict == "certified"
+    assert study.band(1999) == result
+    with refuses("max_runs"):
+        study.band(max_runs=1000)
+
+
+@pytest.mark.filterwarnings("ignore:(stopped|undersampled):chebclear.ChebclearWarning")
+@pytest.mark.parametrize("end", ["seconds", "interrupt"])
+def test_a_study_that_is_ended_states_what_its_runs_allow(end, monkeypatch):
     now = [0.0]
-    for module in (designs, runner):
-        monkeypatch.setattr(module, "time", SimpleNamespace(perf_counter=lambda: now[0]))
-    return now
-
-
-def test_runs_of_one_time_take_as_long_as_that(clock):
-    def slow(a):
-        clock[0] += 0.002
-        return {"t": T, "x": np.sin(1e6 * a * (1.0 + T))}
-
-    study = cc.Study(slow, {"a": cc.Interval(0.0, 1.0)}, threads=1)  # more would make more runs in that time
-    few = study.band(seconds=1.0)
-    assert few.requirement.seconds == 1.0 and few.requirement.runs == 324
-    assert study.band(few.requirement.runs)["x"] == few["x"]
-    all_runs = study.band(seconds=60.0, coverage=0.97)
-    assert all_runs.requirement.runs == 66 and all_runs["x"].verdict == "certified"
-
-
-def test_a_slow_model_is_called_once_to_find_out(clock):
-    asked = []
+    clock = SimpleNamespace(monotonic=lambda: now[0], perf_counter=lambda: now[0])
+    for module in (dispatch, limited):
+        monkeypatch.setattr(module, "time", clock)
+    calls = []
 
     def slow(a):
-        asked.append(a)
-        clock[0] += 0.02
-        return {"t": T, "x": np.sin(1e6 * a * (1.0 + T))}
+        now[0] += 0.01
+        calls.append(a)
+        if end == "interrupt" and len(calls) == 120:
+            raise KeyboardInterrupt
+        return noisy(a)
 
-    few = cc.Study(slow, {"a": cc.Interval(0.0, 1.0)}, threads=1).band(seconds=0.5)
-    assert few.requirement.runs == 81 and len(asked) == 1 + 82
+    study = cc.Study(slow, NOISY)
+    few = study.band(seconds=1.2 if end == "seconds" else None)
+    made = few.requirement.runs
+    assert few.status == "stopped" and made + len(few.failures) == 1999
+    assert codes(few) == {"stopped", "undersampled"}
+    # As many independent runs as were made leave 2 / (n + 1) outside.
+    assert 20 < made < 130 and f"{made} independent runs: " in few.statement
+    assert few["x"].coverage == pytest.approx(1.0 - 2.0 / (made + 1))
+    everything = cc.Study(noisy, NOISY).band()
+    assert np.array_equal(few.parameters, everything.parameters[:made])
+    runs = np.vstack([few.values("x"), few["x"].nominal])
+    assert np.array_equal(few["x"].upper, np.minimum(runs.max(axis=0), 1.0))
+    # The runs that are left make the whole study.
+    assert study.extended(few, 1999 - made) == everything
 
 
-@pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
-def test_failures_of_the_first_runs_do_not_end_a_study():
-    def picky(a):
-        if a < 0.45:
-            raise RuntimeError("too short")
-        return {"t": T, "x": a * T}
+def test_an_interrupt_is_one_where_the_user_said_how_many_runs_or_none_is_made():
+    for answer_from, runs in ((50, 81), (2, None)):
+        calls = []
 
-    study = cc.Study(picky, {"a": cc.Interval(0.0, 1.0)}, threads=1)
-    for seed in range(20):
-        assert study.band(seconds=1.0, rng=seed).requirement.failed > 0
+        def slow(a, calls=calls, answer_from=answer_from):
+            calls.append(a)
+            if len(calls) == answer_from:
+                raise KeyboardInterrupt
+            return noisy(a)
+
+        with pytest.raises(KeyboardInterrupt):
+            cc.Study(slow, NOISY).band(runs)
+
+
+@pytest.mark.filterwarnings("ignore:(stopped|undersampled):chebclear.ChebclearWarning")
+def test_interrupted_simulations_leave_a_whole_beginning(tmp_path):
+    told = [KeyboardInterrupt]
+
+    def interrupt(done, total):
+        if done > 1500 and told:
+            raise told.pop()
+
+    few = planet_study(progress=interrupt, store=tmp_path).band()
+    made = few.requirement.runs
+    assert few.status == "stopped" and 3 <= made < 1999
+    first, least = planet_study().band(coverage=0.99), min(made, 199)
+    assert np.array_equal(few.values("block.y")[:least], first.values("block.y")[:least])
+    assert {one.index for one in few.failures} == set(range(made, 1999))
 
 
 def test_a_confidence_takes_the_runs_of_wilks():

@@ -84,9 +84,7 @@ def carry_out(
     trace: Measured | None = None,
 ) -> int:
     """Say what a method of a study will cost if that is much, or if no more is wanted, and run it."""
-    # A number of runs that time chooses takes no longer than that.
-    is_bounded = method == "band" and given.keys().isdisjoint(("runs", "confidence"))
-    plan = None if is_bounded and not options.plan else plan_of(made, method, given, options)
+    plan = plan_of(made, method, given, options)
     if options.plan:
         return 0
     result: StudyResult = getattr(made, method)(**given)
@@ -131,10 +129,14 @@ COMMANDS = {
             Option(
                 "--runs",
                 COUNT,
-                "runs of kinds band (default: as many as the coverage takes, within --seconds) and sample "
-                "(81)",
+                "runs of kinds band (default: as many as the coverage takes, 1999 for 0.999) and sample (81)",
             ),
-            Option("--seconds", SECONDS, "time for the runs of kind band without --runs (default: 10 s)"),
+            Option(
+                "--seconds",
+                SECONDS,
+                "time after which kind band begins no further runs and answers from those made, as Ctrl-C "
+                "does without --runs",
+            ),
             Option(
                 "--confidence",
                 NUMBER,

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
 from ... import _core
 from ...base.named import ReadOnlyDict
 from ...base.rows import Array
-from ...base.units import unit
 from ...errors import ArgumentError
 from ...execution.memory import Usage
 from ..polynomials.points import random_points, sobol_points
@@ -43,8 +42,6 @@ class Requirement:
     """Whether the runs are independent and the bands hulls of them, where no polynomial follows."""
     confidence: float | None = None
     """Confidence with which the hull is to hold the coverage at each instant [-]; None if on average."""
-    seconds: float | None = field(default=None, metadata=unit("s"))
-    """Time that chose the number of runs [s]; None if the user said it."""
     finished: bool = False
     """Whether the runs came as a table, at points of unknown origin."""
     revolutions: Revolutions | None = None
@@ -185,7 +182,4 @@ def statement(requirement: Requirement) -> str:
         text += " A run that failed counts as outside."
     elif requirement.failed:
         text += f" {requirement.failed} runs that failed count as outside."
-    if requirement.seconds is not None:
-        made = runs + requirement.failed
-        text += f" As many runs were made as {requirement.seconds:g} s allow; {made} runs repeat it."
     return text

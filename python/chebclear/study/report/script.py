@@ -67,6 +67,7 @@ def study_listings(result: StudyResult) -> tuple[Listing, str]:
         *_features(spec),
         ")",
         *([f"# {included} runs of other results were included, by include=..."] if included else []),
+        *([f"# It was stopped after {len(result.parameters)} runs."] if result.status == "stopped" else []),
         f"result = {_call(result)}",
         "print(result)",
     ]

@@ -19,7 +19,7 @@ from ...execution.costs import STATS
 from ...execution.dispatch import CallingThread, ExecutorWorkers, Source, Task
 from ...execution.failures import FEATURE, MODEL, FailedRun, end_of, failure_notices, require_success
 from ...execution.limited import Answers, Calls, LimitedCalls, TimeLimitError
-from ...execution.pieces import DONE, NOT_BEGUN, End, Piece, code_version
+from ...execution.pieces import DONE, End, Piece, code_version
 from ...execution.store import KEY_BYTES, Store
 from ...run.features import Feature
 from ..polynomials.points import nominal_point
@@ -88,7 +88,7 @@ class Calling(Source):
             self._begin(self._first_of(self.store, key))
         executor = self._runner.execution.executor
         workers = CallingThread() if executor is None else ExecutorWorkers(executor, self)
-        self.make(workers, report, self._runner.execution.max_seconds)
+        self.make(workers, report, self._runner.execution)
         if self.first is None and self.store is not None and self._kept:
             self._begin(self._first_of(self.store, self._kept[0][1]))
         self.read_kept(report)
@@ -137,7 +137,7 @@ class Calling(Source):
                 self._fail(number, error, MODEL)
             else:
                 self._early[number] = run
-        self.done += len(task.runs)
+        self.finish(task.runs)
         if self.first is None:
             self._find_first()
         if self.first is not None:
@@ -240,9 +240,9 @@ class Calling(Source):
             self._first_failure = (number, error)
 
     def _require_success(self) -> None:
-        failed = {number: end for number, end in self.failed().items() if end.status != NOT_BEGUN}
+        failed = self.failed_of_begun()
         require_success(
-            failed, self.total, self._nominal, self._runner.execution, lambda _: self._first_error(failed)
+            failed, self.begun, self._nominal, self._runner.execution, lambda _: self._first_error(failed)
         )
 
     def _first_error(self, failed: Mapping[int, End]) -> Exception:

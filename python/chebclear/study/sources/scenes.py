@@ -40,7 +40,7 @@ from ...execution.failures import (
 )
 from ...execution.limited import LimitedCalls
 from ...execution.memory import Usage
-from ...execution.pieces import NOT_BEGUN, SCENE, SETTINGS, End
+from ...execution.pieces import SCENE, SETTINGS, End
 from ...execution.store import Store, scene_facts
 from ...notices import Notice
 from ...run.features import Feature
@@ -359,10 +359,10 @@ class SceneRuns:
 
     def _require_success(self, batch: Batch) -> None:
         """Raise for the first failure if the study says so, or if the nominal run or most runs failed."""
-        failed = {number: end for number, end in batch.failed().items() if end.status != NOT_BEGUN}
+        failed = batch.failed_of_begun()
         require_success(
             failed,
-            self.count,
+            batch.begun,
             self._last,
             self._runner.execution,
             lambda first: self._error_of(first, failed),
