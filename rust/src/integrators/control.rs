@@ -286,6 +286,8 @@ impl Run<'_> {
     // Not inlined: few steps hold.
     #[inline(never)]
     fn error_of_held(&mut self) -> f64 {
+        // What is held back follows drives and loads, which may turn back within a step that is short for what moves.
+        self.method.step().is_short = false;
         let [mut error, mut held] = std::mem::take(&mut self.inner_a);
         error.fill(0.0);
         for (part, weight) in POINTS {

@@ -50,7 +50,8 @@ pub struct DenseStep {
     pub is_explicit: bool,
     /// Whether states inside are corrected, because forces follow the velocities too steeply for those of the polynomial.
     pub is_corrected: bool,
-    /// Whether it is short against every oscillation of the motion, so that its ends tell what happens inside.
+    /// Whether it is short against every oscillation of the motion, and nothing is held that does not move, so that its ends
+    /// tell what happens inside.
     pub is_short: bool,
     /// Rows of the dense output, and what they are.
     pub(super) rows: Vec<f64>,

@@ -205,7 +205,7 @@ def test_what_is_held_near_its_limit_neither_creeps_nor_chatters(scene, exponent
             assert run["bar.angle"][-1] < run["bar.angle"][0]
 
 
-@pytest.mark.parametrize("part", [0.999, 1.01])
+@pytest.mark.parametrize("part", [0.999, 1.0001, 1.001, 1.01])
 def test_block_on_a_shaken_table_sticks_or_slips_at_every_turn(part):
     # The load of what sticks is that of the drive alone: nothing that moves tells it to the steps.
     mu, rate, turns = 0.4, 20.0, 40
@@ -308,3 +308,42 @@ def test_five_bar_comes_to_rest_once():
             assert np.ptp(run[f"{name}.angle"][at_rest]) < 1e-10
         ends.append([run[f"{name}.angle"][-1] for name in names])
     assert np.ptp(ends, axis=0).max() < 1e-4
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_pins_turned_back_at_dead_centers_are_no_events(method):
+    # The crank turns on: no pin of the rocker can rest where the mechanism turns it back.
+    for rtol in (1e-3, 1e-7):
+        outputs = ["crank.angular_velocity", "q.angular_velocity", "r.angular_velocity", "energy.balance"]
+        run = cc.simulate(
+            four_bar(40.0), duration=0.4, samples=401, outputs=outputs, rtol=rtol, method=method
+        )
+        assert run["crank.angular_velocity"].min() > 0.0 and not run.events
+        for pin in "qr":
+            assert np.sum(np.diff(np.sign(run[f"{pin}.angular_velocity"])) != 0.0) >= 2
+        assert np.abs(run["energy.balance"]).max() < rtol * 40.0**2
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_slide_that_grazes_rest_changes_its_phase_there_alone(method):
+    # A block drawn by a spring whose end moves slowly: its velocity is pull (1 - cos(rate t)) from the limit on.
+    pull, rate, periods = 0.01, 10.0, 20
+    stiffness, limit = 2.0 * rate**2, 0.3 * 2.0 * G
+    start = limit / (stiffness * pull)
+    block = cc.Body("block", 2.0, 0.01, points={"b": (0.0, 0.0), "edge": (0.1, 0.0)})
+    guide = cc.Prismatic("guide", "ground.o", "block.b", (1.0, 0.0), friction=cc.laws.GuideFriction(0.3, 0.1))
+    spring = cc.Force("spring", "block.b", f"{stiffness}*({pull}*time - block.x)", 0.0)
+    scene = cc.Scene([block], [guide], [cc.Gravity((0.0, -G)), spring], ground={"o": (0.0, 0.0)})
+    duration = start + (periods + 0.5) * 2.0 * math.pi / rate
+    for rtol in (1e-4, 1e-7):
+        run = cc.simulate(
+            scene, duration=duration, samples=501, outputs=["block.x"], method=method, rtol=rtol
+        )
+        first, *others = [event.time for event in run.events]
+        assert first == pytest.approx(start, rel=1e-9)
+        # It rests for an instant once a period.
+        assert len(others) <= 2 * periods
+        period = (np.array(others) - start) * rate / (2.0 * math.pi)
+        assert np.abs(period - np.round(period)).max(initial=0.0) < 0.1
+        phase = rate * np.maximum(run.t - start, 0.0)
+        assert np.abs(run["block.x"] - pull / rate * (phase - np.sin(phase))).max() < 10.0 * rtol

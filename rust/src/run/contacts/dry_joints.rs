@@ -175,6 +175,20 @@ pub(crate) fn dry_guard(motion: &Motion, tolerances: &Tolerances, is_inside: boo
     Guard { value, rate: f64::NAN, margin: 0.0, resolution, overshoot: overshoot.max(8.0 * resolution) }
 }
 
+/// Whether a joint whose velocity passes zero may come to rest there, after [`Dynamics::acceleration`](crate::dynamics::Dynamics::acceleration): what the location of
+/// the event leaves of its motion stops the mechanism by no more than a tolerance. At a dead center, or where a drive turns it
+/// back, the mechanism goes on.
+fn may_rest(motion: &mut Motion, tolerances: &Tolerances, index: usize, v: &[f64]) -> bool {
+    if !motion.dynamics.dry_inertia(index).is_finite() {
+        return false;
+    }
+    let mut change = v.to_vec();
+    motion.dynamics.stop_joints(&[index], &mut change);
+    change.iter_mut().zip(v).for_each(|(stopped, v)| *stopped -= v);
+    let scales = &motion.mechanism.scales;
+    (0..scales.components.len()).all(|of| scales.largest(of, &change) <= tolerances.of(of).velocity)
+}
+
 /// Changes from sticking to sliding or back where the guard of a joint is zero. What is at rest is decided anew beside a joint
 /// that comes to rest or turns back, since its load jumps; what sticks then, or goes on in its direction after it has passed zero,
 /// loses the velocity that the location of the event leaves. An error where friction has two solutions or none.
@@ -200,7 +214,7 @@ pub(crate) fn cross_dry_joint(
         let stuck: Vec<usize> = (0..before.len()).filter(|&other| before[other].sticks()).collect();
         let direction = motion.dynamics.dry_fraction(index).signum();
         direct(motion, &stuck, index, direction);
-    } else if moves[index] {
+    } else if may_rest(motion, tolerances, index, v) {
         // Joints that only move together pass zero at the same instant.
         let rests = |&other: &usize| {
             let ahead = before[other].direction() * motion.dynamics.dry_velocity(other);
@@ -223,10 +237,10 @@ pub(crate) fn cross_dry_joint(
     } else {
         // Nothing holds it: a drive, or the mechanism at a dead center of the joint, turns its motion back.
         slide(motion, index, -before[index].direction());
+        return Ok(());
     }
     for (other, (before, moves)) in before.iter().zip(moves).enumerate() {
         let after = motion.dynamics.joint_phases()[other];
-        // Drives turn a motion back without sticking.
         if after.direction() != before.direction() && moves {
             let kind = if after.sticks() { EventKind::Stick } else { EventKind::Slip };
             log.events.push(Event { time, place: Place::DryJoint(other), kind, normal_velocity: 0.0 });
