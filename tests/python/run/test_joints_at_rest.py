@@ -326,7 +326,7 @@ def test_pins_turned_back_at_dead_centers_are_no_events(method):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_a_slide_that_grazes_rest_changes_its_phase_there_alone(method):
-    # A block drawn by a spring whose end moves slowly: its velocity is pull (1 - cos(rate t)) from the limit on.
+    # A block drawn by a spring whose end moves slowly: its velocity is pull (1 - cos(rate t)) from the limit.
     pull, rate, periods = 0.01, 10.0, 20
     stiffness, limit = 2.0 * rate**2, 0.3 * 2.0 * G
     start = limit / (stiffness * pull)

@@ -175,9 +175,9 @@ pub(crate) fn dry_guard(motion: &Motion, tolerances: &Tolerances, is_inside: boo
     Guard { value, rate: f64::NAN, margin: 0.0, resolution, overshoot: overshoot.max(8.0 * resolution) }
 }
 
-/// Whether a joint whose velocity passes zero may come to rest there, after [`Dynamics::acceleration`](crate::dynamics::Dynamics::acceleration): what the location of
-/// the event leaves of its motion stops the mechanism by no more than a tolerance. At a dead center, or where a drive turns it
-/// back, the mechanism goes on.
+/// Whether a joint whose velocity passes zero may come to rest there, after the accelerations of the state: what the location
+/// of the event leaves of its motion stops the mechanism by no more than a tolerance. At a dead center, or where a drive turns
+/// it back, the mechanism goes on.
 fn may_rest(motion: &mut Motion, tolerances: &Tolerances, index: usize, v: &[f64]) -> bool {
     if !motion.dynamics.dry_inertia(index).is_finite() {
         return false;
