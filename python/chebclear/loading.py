@@ -6,6 +6,7 @@ import os
 from typing import TypeAlias, get_args
 
 from .base.files import kind_of
+from .decisions.rare_result import RareShare
 from .errors import ArgumentError
 from .run.trajectory import Trajectory
 from .study.bifurcation import Bifurcation
@@ -16,7 +17,7 @@ from .tradeoffs.bounds import StudyTradeoff
 from .tradeoffs.result import Tradeoff
 
 Saved: TypeAlias = (
-    Trajectory | StudyResult | Tradeoff | StudyTradeoff | Bifurcation | Comparison | Conformance
+    Trajectory | StudyResult | Tradeoff | StudyTradeoff | Bifurcation | Comparison | Conformance | RareShare
 )
 
 _CLASSES = {kind.kind_of_file: kind for kind in get_args(Saved)}
@@ -32,7 +33,7 @@ def load_result(path: str | os.PathLike[str]) -> Saved:
 
     Returns
     -------
-    Trajectory, StudyResult, Tradeoff, StudyTradeoff, Bifurcation, Comparison or Conformance
+    Trajectory, StudyResult, Tradeoff, StudyTradeoff, Bifurcation, Comparison, Conformance or RareShare
         What was saved.
 
     Raises

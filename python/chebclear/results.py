@@ -10,7 +10,13 @@ from .decisions.identification import Identification as Identification
 from .decisions.lost_motion import LostMotion as LostMotion
 from .decisions.measured import Agreement as Agreement, Measured as Measured
 from .decisions.modes import Modes as Modes
-from .decisions.rare import RareShare as RareShare
+from .decisions.near_limits import NearLimits as NearLimits
+from .decisions.rare_result import (
+    Cause as Cause,
+    RareShare as RareShare,
+    SplittingSystem as SplittingSystem,
+    SplittingSystems as SplittingSystems,
+)
 from .decisions.wear import WearLife as WearLife
 from .execution.costs import Plan as Plan
 from .execution.failures import FailedRun as FailedRun

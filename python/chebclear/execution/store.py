@@ -182,6 +182,18 @@ def _digest(structure: str) -> bytes:
     return hashlib.sha256(structure.encode()).digest()
 
 
+class SeenFolder(os.PathLike[str]):
+    """The folder of a store that is opened again and again: pieces that were looked at are not read again."""
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self._path = os.fspath(path)
+        self.pieces: dict[str, tuple[NDArray[np.uint8], tuple[End, ...]]] = {}
+        """Keys and ends of their runs by the names of the files."""
+
+    def __fspath__(self) -> str:
+        return self._path
+
+
 class Store:
     """An open store of runs with some `facts` in common, in a folder that is made if it does not exist.
 
@@ -195,6 +207,7 @@ class Store:
         """Warnings about the files in the folder."""
         self._where: dict[bytes, tuple[str, int]] = {}
         self._facts = dict(facts)
+        self._seen = path.pieces if isinstance(path, SeenFolder) else {}
         with self._errors():
             self.path.mkdir(parents=True, exist_ok=True)
         self._lock = self._locked()
@@ -348,6 +361,8 @@ class Store:
 
     def _keys(self, path: Path, digest: str) -> tuple[NDArray[np.uint8], tuple[End, ...]]:
         """Keys and ends of the runs of a piece; raises `UnfitError` if it cannot be used."""
+        if path.name in self._seen:
+            return self._seen[path.name]
         with path.open("rb") as file:
             found = hashlib.file_digest(file, "sha256").hexdigest()[: len(digest)]
             if found != digest:
@@ -357,6 +372,7 @@ class Store:
         different = differences(head, self._facts)
         if different:
             raise UnfitError(f"is of another study ({'; '.join(different)})")
+        self._seen[path.name] = keys, ends
         return keys, ends
 
     def _locked(self) -> int:

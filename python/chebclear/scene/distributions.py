@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import NormalDist
-from typing import TypeVar
+from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
 from numpy.random import Generator
@@ -16,12 +17,100 @@ from ..base.rows import Array
 
 # The interval of a distribution without ends: three standard deviations to either side hold 99.73 %.
 _REACH = 3.0
+# Least probability of a tail [-]: at 37 standard deviations, before it is no number any more.
+_LEAST_TAIL = 1e-300
+_STANDARD = NormalDist()
 
 
 @dataclass(frozen=True)
-class Normal(Written):
+class Distribution(Written):
+    """How often the values of a parameter occur: base of all kinds.
+
+    A kind is a frozen dataclass of plain numbers. It says its interval, which holds nearly all values, its
+    support, which holds all, the probability of a smaller value, and the values at a probability from below
+    and from above. The rest follows; kinds with formulas for arrays say them too.
+    """
+
+    kinds: ClassVar[dict[str, type[Distribution]]] = {}
+    """All kinds by the names of their classes."""
+    written_as: ClassVar[str]
+    """What makes one: name of a public function, which takes its fields."""
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        Distribution.kinds[cls.__name__] = cls
+
+    @property
+    def interval(self) -> Interval:
+        """The interval of a study of the parameter."""
+        raise NotImplementedError
+
+    @property
+    def support(self) -> tuple[float, float]:
+        """The ends beyond which no value lies; infinite if there are none."""
+        return self.interval.lower, self.interval.upper
+
+    def cdf(self, value: float) -> float:
+        """Probability of a smaller value [-]."""
+        raise NotImplementedError
+
+    def quantile(self, share: float) -> float:
+        """The value that so many stay below."""
+        raise NotImplementedError
+
+    def upper_quantile(self, share: float) -> float:
+        """The value that so many stay above: exact where ``1 - share`` is 1."""
+        return self.quantile(1.0 - share)
+
+    def drawn(self, stream: Generator, draws: int) -> Array:
+        """Independent values."""
+        return self.at(stream.standard_normal(draws))
+
+    def at(self, scores: Array) -> Array:
+        """The values whose probabilities are those of standard normal scores."""
+        found = [
+            self.quantile(_tail(-one)) if one < 0.0 else self.upper_quantile(_tail(one))
+            for one in scores.tolist()
+        ]
+        return np.array(found, dtype=float)
+
+    def scores(self, values: Array) -> Array:
+        """The standard normal scores of values; at most 8.2, where the probability of a smaller one is 1."""
+        shares = np.clip([self.cdf(one) for one in values.tolist()], _LEAST_TAIL, np.nextafter(1.0, 0.0))
+        return np.array([_STANDARD.inv_cdf(one) for one in shares.tolist()], dtype=float)
+
+    def slopes(self, values: Array) -> dict[str, Array]:
+        """Slopes of the logarithm of the density over numbers of the distribution, by their names.
+
+        None where the ends move with them: draws of one are then no draws of the other.
+        """
+        return {}
+
+    def scaled(self, factor: float) -> Self:
+        """With distances from the nominal value times a factor."""
+        nominal = self.interval.nominal
+        values = (nominal + factor * (value - nominal) for value in self._values())
+        return type(self)(*values).in_unit(self.unit)
+
+    def moved(self, distance: float) -> Self:
+        """With all values larger by a distance."""
+        return type(self)(*(value + distance for value in self._values())).in_unit(self.unit)
+
+    def _values(self) -> tuple[Any, ...]:
+        """The fields of a kind all of whose numbers are values of the parameter."""
+        return dataclasses.astuple(self)
+
+
+def _tail(score: float) -> float:
+    """Probability beyond a score [-]."""
+    return max(0.5 * math.erfc(score / math.sqrt(2.0)), _LEAST_TAIL)
+
+
+@dataclass(frozen=True)
+class Normal(Distribution):
     """A normally distributed parameter; see `normal`."""
 
+    written_as: ClassVar[str] = "normal"
     mean: float
     standard_deviation: float
 
@@ -35,19 +124,49 @@ class Normal(Written):
         """Probability of a smaller value [-]."""
         return NormalDist(self.mean, self.standard_deviation).cdf(value)
 
+    @property
+    def support(self) -> tuple[float, float]:
+        """No ends."""
+        return -math.inf, math.inf
+
     def quantile(self, share: float) -> float:
         """The value that so many stay below."""
         return NormalDist(self.mean, self.standard_deviation).inv_cdf(share)
 
-    def drawn(self, stream: Generator, draws: int) -> Array:
-        """Independent values."""
-        return self.mean + self.standard_deviation * stream.standard_normal(draws)
+    def upper_quantile(self, share: float) -> float:
+        """The value that so many stay above."""
+        return 2.0 * self.mean - self.quantile(share)
+
+    def at(self, scores: Array) -> Array:
+        """The values of standard normal scores."""
+        return self.mean + self.standard_deviation * scores
+
+    def scores(self, values: Array) -> Array:
+        """The standard normal scores of values."""
+        return np.asarray((values - self.mean) / self.standard_deviation)
+
+    def slopes(self, values: Array) -> dict[str, Array]:
+        """Over mean and standard deviation."""
+        scores = self.scores(values)
+        return {
+            "mean": scores / self.standard_deviation,
+            "standard_deviation": (scores**2 - 1.0) / self.standard_deviation,
+        }
+
+    def scaled(self, factor: float) -> Self:
+        """With another standard deviation."""
+        return replace(self, standard_deviation=factor * self.standard_deviation).in_unit(self.unit)
+
+    def moved(self, distance: float) -> Self:
+        """With another mean."""
+        return replace(self, mean=self.mean + distance).in_unit(self.unit)
 
 
 @dataclass(frozen=True)
-class Lognormal(Written):
+class Lognormal(Distribution):
     """A parameter whose logarithm is normally distributed; see `lognormal`."""
 
+    written_as: ClassVar[str] = "lognormal"
     mean: float
     standard_deviation: float
 
@@ -75,21 +194,57 @@ class Lognormal(Written):
         """Probability of a smaller value [-]."""
         return self._logarithm.cdf(math.log(value)) if value > 0.0 else 0.0
 
+    @property
+    def support(self) -> tuple[float, float]:
+        """All above 0."""
+        return 0.0, math.inf
+
     def quantile(self, share: float) -> float:
         """The value that so many stay below."""
         return math.exp(self._logarithm.inv_cdf(share))
 
-    def drawn(self, stream: Generator, draws: int) -> Array:
-        """Independent values."""
+    def upper_quantile(self, share: float) -> float:
+        """The value that so many stay above."""
+        return math.exp(2.0 * self._logarithm.mean - self._logarithm.inv_cdf(share))
+
+    def at(self, scores: Array) -> Array:
+        """The values of standard normal scores."""
         about = self._logarithm
-        drawn: Array = np.exp(about.mean + about.stdev * stream.standard_normal(draws))
-        return drawn
+        values: Array = np.exp(about.mean + about.stdev * scores)
+        return values
+
+    def scores(self, values: Array) -> Array:
+        """The standard normal scores of values."""
+        about = self._logarithm
+        return np.asarray((np.log(values) - about.mean) / about.stdev)
+
+    def slopes(self, values: Array) -> dict[str, Array]:
+        """Over mean and standard deviation of the parameter itself, by those of its logarithm."""
+        about, scores = self._logarithm, self.scores(values)
+        center, spread = scores / about.stdev, (scores**2 - 1.0) / about.stdev
+        square = (self.standard_deviation / self.mean) ** 2
+        # d variance / d mean and / d standard deviation of variance = ln(1 + square).
+        by_mean = -2.0 * square / (1.0 + square) / self.mean
+        by_deviation = 2.0 * square / (1.0 + square) / self.standard_deviation
+        return {
+            "mean": center * (1.0 / self.mean - 0.5 * by_mean) + spread * by_mean / (2.0 * about.stdev),
+            "standard_deviation": -0.5 * center * by_deviation + spread * by_deviation / (2.0 * about.stdev),
+        }
+
+    def scaled(self, factor: float) -> Self:
+        """With another standard deviation and the same mean."""
+        return replace(self, standard_deviation=factor * self.standard_deviation).in_unit(self.unit)
+
+    def moved(self, distance: float) -> Self:
+        """With another mean and the same standard deviation."""
+        return replace(self, mean=self.mean + distance).in_unit(self.unit)
 
 
 @dataclass(frozen=True)
-class Uniform(Written):
+class Uniform(Distribution):
     """A uniformly distributed parameter; see `uniform`."""
 
+    written_as: ClassVar[str] = "uniform"
     lower: float
     upper: float
 
@@ -106,15 +261,20 @@ class Uniform(Written):
         """The value that so many stay below."""
         return self.lower + (self.upper - self.lower) * share
 
+    def upper_quantile(self, share: float) -> float:
+        """The value that so many stay above."""
+        return self.upper - (self.upper - self.lower) * share
+
     def drawn(self, stream: Generator, draws: int) -> Array:
         """Independent values."""
         return self.lower + (self.upper - self.lower) * stream.random(draws)
 
 
 @dataclass(frozen=True)
-class Triangular(Written):
+class Triangular(Distribution):
     """A parameter with a triangular distribution; see `triangular`."""
 
+    written_as: ClassVar[str] = "triangular"
     lower: float
     mode: float
     upper: float
@@ -140,13 +300,19 @@ class Triangular(Written):
             return self.lower + math.sqrt(share * width * rise)
         return self.upper - math.sqrt((1.0 - share) * width * (self.upper - self.mode))
 
+    def upper_quantile(self, share: float) -> float:
+        """The value that so many stay above."""
+        width, fall = self.upper - self.lower, self.upper - self.mode
+        if share * width <= fall:
+            return self.upper - math.sqrt(share * width * fall)
+        return self.lower + math.sqrt((1.0 - share) * width * (self.mode - self.lower))
+
     def drawn(self, stream: Generator, draws: int) -> Array:
         """Independent values."""
         return stream.triangular(self.lower, self.mode, self.upper, draws)
 
 
 Moments = TypeVar("Moments", Normal, Lognormal)
-Distribution = Normal | Lognormal | Uniform | Triangular
 
 
 def inside(one: Distribution, side: Interval, shares: Array) -> Array:

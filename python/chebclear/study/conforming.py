@@ -54,6 +54,10 @@ _LEAST_RUNS = 100
 _COARSEST = 2.0
 
 
+class NeverPassedError(ArgumentError):
+    """No run passes the crank angle at which a quantity counts."""
+
+
 @dataclass(frozen=True)
 class Watched:
     """What is taken from every run for a specification."""
@@ -434,7 +438,7 @@ def extremes_of(runs: RunTable, name: str, one: Specification, watched: Watched,
             if len(passings):
                 found[:, row] = passings.min(), passings.max()
         if np.isnan(found).all():
-            raise ArgumentError(
+            raise NeverPassedError(
                 f'specifications["{name}"]: no crank passes {one.at} in the sampled time: give the study a '
                 "longer duration"
             )

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import import_module
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
@@ -239,9 +239,7 @@ class StudySpec:
 
 # Fields that files have as they are.
 _PLAIN = ("rtol_given", "cycles", "on_failure", "run_seconds", "table")
-_PARAMETERS: dict[str, type[Interval | Distribution]] = {
-    one.__name__: one for one in (Interval, *get_args(Distribution))
-}
+_PARAMETERS: dict[str, type[Interval | Distribution]] = {"Interval": Interval, **Distribution.kinds}
 
 
 def named(one: object) -> str:

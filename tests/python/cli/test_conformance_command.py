@@ -54,7 +54,9 @@ def test_it_prints_the_shares_and_writes_a_table_and_pictures(file, tmp_path, ca
 
 
 def test_the_exit_code_says_whether_the_least_share_is_reached(file, capsys):
-    assert run(file, "--runs", 40, "--quiet", "--least", 0.99) == 3
+    near = file.with_name("near.toml")
+    near.write_text(FILE.replace("-103 mm", "-100 mm"), encoding="utf-8")
+    assert run(near, "--runs", 40, "--quiet", "--least", 0.9) == 3
     capsys.readouterr()
     assert run(file, "--runs", 40, "--quiet", "--json", "--least", 0.2) == 0
     printed = json.loads(capsys.readouterr().out)
@@ -182,3 +184,22 @@ def test_two_files_are_contrasted(file, tmp_path, capsys):
     assert speed["feature"] == "speed" and speed["smaller in"] == 0.0 and speed["at least"] > 0.0
     assert [row["requirement"] for row in found["shares"]] == ["reach", "fast"]
     assert cli.main([*words[:-2], "--plan"]) == 0
+
+
+def test_rare_shares_are_answered(file, capsys):
+    text = FILE.replace('above = "-103 mm"', 'below = "110 mm"').replace("fast = {", "# fast = {")
+    file.write_text(
+        text.replace("mass = { nominal = 1, rel = 0.01 }", "mass = 1").replace(
+            "duration = 1", "duration = 0.01"
+        ),
+        encoding="utf-8",
+    )
+    # So many runs prove nothing of the kind: it is refused before them.
+    with pytest.raises(SystemExit):
+        run(file, "--runs", 1000, "--least", 0.999999)
+    assert "3688878" in (told := capsys.readouterr().err) and "--rare" in told
+    # 5 standard deviations; each run starts at the length, which is its largest position.
+    assert run(file, "--runs", 40, "--quiet", "--json", "--rare", "--least", 0.999) == 0
+    (row,) = json.loads(capsys.readouterr().out)["rare"]
+    assert row["verdict"] == "known" and row["at least"] < 2.87e-7 < row["at most"]
+    assert "length is 5" in row["causes"] and "too large" in row["causes"]

@@ -406,8 +406,6 @@ def _intervals(parameters: Mapping[str, Interval | Distribution]) -> dict[str, I
 
 def _scaled(one: Interval | Distribution, factor: float) -> Interval | Distribution:
     """A parameter whose distances from its nominal value are multiplied."""
-    if isinstance(one, Normal):
-        return replace(one, standard_deviation=factor * one.standard_deviation)
-    nominal = one.nominal if isinstance(one, Interval) else one.interval.nominal
-    # All other numbers of a parameter are values of it.
-    return type(one)(*(nominal + factor * (value - nominal) for value in astuple(one)))
+    if isinstance(one, Distribution):
+        return one.scaled(factor)
+    return Interval(*(one.nominal + factor * (value - one.nominal) for value in astuple(one)))

@@ -16,7 +16,7 @@ from ...base.rows import Array
 from ...base.shown import did_you_mean
 from ...base.units import unit
 from ...errors import ArgumentError
-from ...scene.distributions import Distribution, Lognormal, Normal, inside
+from ...scene.distributions import Distribution, inside
 from ..polynomials.surrogate import Surrogate, time_blocks
 
 # Number of polynomials in the interval parameters that are bounded at once: 64 MB at 16 terms.
@@ -100,7 +100,7 @@ def quantile_bounds(
     # What is beyond the intervals is not known, and counts as outside; other distributions have whole ranges.
     known, sides = 1.0, surrogate.intervals
     for name, given in random.items():
-        if isinstance(given, Normal | Lognormal):
+        if _is_endless(given):
             known *= given.cdf(sides[name].upper) - given.cdf(sides[name].lower)
     if asked >= known:
         raise ArgumentError(
@@ -127,12 +127,17 @@ def quantile_bounds(
     return lower, upper, _statement(surrogate, random, asked, count)
 
 
+def _is_endless(given: Distribution) -> bool:
+    """Whether values beyond the interval may occur."""
+    return given.support != (given.interval.lower, given.interval.upper)
+
+
 def _statement(surrogate: Surrogate, random: Mapping[str, Distribution], asked: float, count: int) -> str:
     """What the band promises."""
     rest = [name for name in surrogate.intervals if name not in random]
     are = "is in its interval" if len(rest) == 1 else "are in their intervals"
     whatever = f", wherever {' and '.join(rest)} {are}" if rest else ""
-    endless = [name for name, given in random.items() if isinstance(given, Normal | Lognormal)]
+    endless = [name for name, given in random.items() if _is_endless(given)]
     cut = f"; values of {' and '.join(endless)} beyond the interval count as outside" if endless else ""
     return (
         f"At each instant the output is between the bounds with a probability of at least {asked:g} over "

@@ -129,7 +129,7 @@ def _written(given: Any) -> str:
     """A parameter as the script has it."""
     if isinstance(given, Distribution):
         values = ", ".join(repr(value) for value in dataclasses.astuple(given))
-        return f"cc.{type(given).__name__.lower()}({values})"
+        return f"cc.{given.written_as}({values})"
     return f"cc.{given!r}"
 
 
