@@ -52,6 +52,7 @@ mod integrators {
     pub(crate) mod problems;
     pub(crate) mod rattle;
     pub(crate) mod rodas6p;
+    mod stages;
     mod step_control;
     mod stiffness;
     mod tableaus;
