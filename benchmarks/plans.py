@@ -55,7 +55,7 @@ def case_of(name: str, store: Path) -> tuple[cc.Study, str, dict[str, Any]]:
         return cc.Study(crank, SMALL, OUTPUTS, **options), "scan", {"points": 45}
     assert name == "own model", name
     box = {"a": cc.Interval.around(9.0, rel=0.1), "b": cc.Interval.around(1.0, rel=0.1)}
-    return cc.Study(own, box, store=store), "band", {"runs": 2000}
+    return cc.Study(own, box, store=store, version=None if store is None else "1"), "band", {"runs": 2000}
 
 
 CASES = ("band", "polynomials", "features", "file", "own model")

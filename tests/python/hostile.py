@@ -132,7 +132,7 @@ def stores(folder: Path) -> list[dict[str, bytes]]:
     features = {"peak": cc.features.peak("slider.x")}
     options = {"duration": 0.001, "samples": 5, "features": features}
     cc.Study(cc.mechanisms.slider_crank, box, ["slider.x"], store=folder / "a", **options).scan(4)
-    cc.Study(line, {"a": cc.Interval.around(1.0, rel=0.1)}, store=folder / "b").scan(4)
+    cc.Study(line, {"a": cc.Interval.around(1.0, rel=0.1)}, store=folder / "b", version="1").scan(4)
     with contextlib.suppress(cc.errors.SimulationError):
         short = cc.Study(cc.mechanisms.slider_crank, box, store=folder / "c", max_steps=60, **options)
         short.scan(4)

@@ -146,10 +146,7 @@ def checked_runner(
     execution = execution.checked(checks)
     if not simulated and not execution.in_memory:
         checks.add("in_memory", "may not be False for a model of your own: what it returns is in the memory")
-    if version is not None and (not isinstance(version, str) or not version):
-        checks.add("version", f'must be a text, such as "1", got {version!r}', wrong_type=True)
-    if version is not None and (simulated or execution.store is None):
-        checks.add("version", "is for a model of your own with a store, which compares it")
+    _check_version(checks, version, own_store=not simulated and execution.store is not None)
     required: dict[str, Specification] = {}
     if requirements is not None:
         required = checked_specifications(checks, requirements, "requirements")
@@ -188,3 +185,17 @@ def checked_runner(
         execution=execution,
         progress=progress,
     )
+
+
+def _check_version(checks: Checks, version: object, *, own_store: bool) -> None:
+    """Check that a version is given where a store keeps runs of a model of the user's own, and only there."""
+    if version is None and own_store:
+        text = (
+            'must be given with a store of a model of your own, such as "1", and be another one whenever the '
+            "model is: only you know what it uses. Without a store its runs are kept in this process only"
+        )
+        checks.add("version", text)
+    elif version is not None and (not isinstance(version, str) or not version):
+        checks.add("version", f'must be a text, such as "1", got {version!r}', wrong_type=True)
+    elif version is not None and not own_store:
+        checks.add("version", "is for a model of your own with a store, which compares it")

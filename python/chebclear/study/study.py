@@ -80,11 +80,11 @@ class Study:
         ready-made mechanisms and scene files, have their units already.
     store : path, optional
         Folder that keeps every finished run. An interrupted study continues from there with exactly the same
-        result, and a later study of the mechanism simulates only new runs. For a model of your own,
-        everything that the function can reach is compared, but not files that it reads.
+        result, and a later study of the mechanism simulates only new runs. One of a model of your own needs
+        a `version`; without a store its runs are kept in this process only.
     version : str, optional
         For a model of your own with a store: stands for the function and everything that it uses. The store
-        then compares this text and the data in `fixed`, so give another one whenever the model is another.
+        compares this text and the data in `fixed`, so give another one whenever the model is another.
     on_failure : {"collect", "raise"}
         ``"collect"`` repeats failed simulations once with tighter tolerances, then collects them in
         `StudyResult.failures`; verdicts account for the gaps. ``"raise"`` raises for the first failure. That

@@ -33,7 +33,9 @@ def test_only_simulations_with_a_store_are_in_a_file(tmp_path):
         with refuses("in_memory"):
             planet_study(in_memory=wrong)
     with refuses("in_memory"):
-        cc.Study(lambda x: {"y": x}, {"x": cc.Interval(0.0, 1.0)}, store=tmp_path, in_memory=False)
+        cc.Study(
+            lambda x: {"y": x}, {"x": cc.Interval(0.0, 1.0)}, store=tmp_path, version="1", in_memory=False
+        )
 
 
 @pytest.mark.skipif(not hasattr(os, "posix_fallocate"), reason="the system does not reserve files")

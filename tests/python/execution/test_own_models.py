@@ -3,7 +3,6 @@
 import asyncio
 import contextlib
 import dataclasses
-import importlib.util
 import itertools
 import math
 import os
@@ -336,7 +335,7 @@ def counted(monkeypatch):
 
 
 def stored(path, model=line, **options):
-    return cc.Study(model, BOX, store=path, **options)
+    return cc.Study(model, BOX, store=path, version="1", **options)
 
 
 def test_a_study_that_is_refined_reuses_all_runs(tmp_path, counted):
@@ -367,44 +366,6 @@ def licensed(a, b):
     if a < 0.97 and os.environ["CHEBCLEAR_TEST_LICENSE"] == "no":
         no_license()
     return line(a, b)
-
-
-class Locked:
-    """It holds what has no value, and refers to another in turn."""
-
-    lock = threading.Lock()
-
-    def run(self, a):
-        return a if isinstance(self, Others) else 2.0 * a
-
-
-class Others(Locked):
-    def run(self, a):
-        return 3.0 * a if isinstance(self, Locked) else a
-
-
-def test_a_store_takes_classes_that_refer_to_each_other(tmp_path):
-    def model(a, b):
-        return {"y": Locked().run(a) + Others().run(b)}
-
-    for points in (2, 3):
-        assert len(cc.Study(model, BOX, store=tmp_path).scan(points).parameters) == points**2
-
-
-def test_a_module_of_a_user_may_have_the_name_of_one_of_pythons(tmp_path, monkeypatch):
-    def made(factor):
-        path = tmp_path / f"version {factor}" / "colorsys.py"
-        path.parent.mkdir()
-        path.write_text(f"def model(a, b):\n    return {{'y': {factor} * a}}\n")
-        spec = importlib.util.spec_from_file_location("colorsys", path)
-        module = importlib.util.module_from_spec(spec)
-        monkeypatch.setitem(sys.modules, "colorsys", module)
-        spec.loader.exec_module(module)
-        return module.model
-
-    cc.Study(made(1.0), BOX, store=tmp_path / "store").scan(2)
-    with pytest.raises(cc.errors.StoreError):
-        cc.Study(made(100.0), BOX, store=tmp_path / "store").scan(2)
 
 
 def test_a_model_without_time_gives_what_is_done(tmp_path, monkeypatch):

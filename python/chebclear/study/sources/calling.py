@@ -25,7 +25,6 @@ from ...run.features import Feature
 from ..polynomials.points import nominal_point
 from .asked import called, require_known
 from .own import chosen_outputs, sampled_feature
-from .reached import model_facts
 from .returned import ReturnedRun, read_run, require_same
 from .run_table import RunTable
 
@@ -34,6 +33,8 @@ if TYPE_CHECKING:
 
 # Largest size of the values of a piece [bytes]; workers hold some pieces at a time.
 _MOST_BYTES = 16_000_000
+# Texts up to this length are kept as they are, so that a difference can be read [-].
+_READABLE = 60
 
 
 def call_model(
@@ -286,6 +287,21 @@ def _run_of(piece: Piece, row: int, series: Sequence[str], numbers: Sequence[str
     )
 
 
+def _facts(runner: Runner, version: str | None) -> dict[str, Any]:
+    """What the runs of a model have in common, as JSON has it: its version, and the data in `fixed`.
+
+    Its outputs and features are named when the first run is known.
+    """
+    name = getattr(runner.build, "__qualname__", type(runner.build).__qualname__)
+    texts = {key: json.dumps(one, sort_keys=True) for key, one in runner.facts()["fixed"].items()}
+    known = {
+        f"fixed {key}": text if len(text) <= _READABLE else hashlib.sha256(text.encode()).hexdigest()[:16]
+        for key, text in texts.items()
+    }
+    code = f"model {name}, version {version}"
+    return {"code": code, "topology": "", "settings": known, "outputs": [], "features": []}
+
+
 def _named(error: Exception, parameters: Mapping[str, float]) -> Exception:
     """The error with the parameters of its run."""
     return type(error)(f"the model with {describe(parameters)}: {error}")
@@ -296,7 +312,7 @@ class OwnModel:
     """A model of the user's, called at every point."""
 
     version: str | None
-    """What a store compares instead of the code of the model and what it uses."""
+    """What a store compares for the model and everything that it uses."""
     first: ReturnedRun | None = field(default=None, init=False)
     """The run with whose names and instants all others are compared; None before there is one."""
 
@@ -307,8 +323,7 @@ class OwnModel:
         given = [dict(zip(runner.intervals, map(float, row), strict=True)) for row in points]
         store = None
         if runner.execution.store is not None:
-            facts = model_facts(runner.build, runner.fixed, self.version)
-            store = Store(runner.execution.store, facts)
+            store = Store(runner.execution.store, _facts(runner, self.version))
         calling = Calling(runner, given, midpoint, store, self.first)
         try:
             calling.run(report)
