@@ -51,7 +51,7 @@ CODES = {
     "rare_failures": "what is rare is that a run fails",
     "machine": "a share depends on how fast the machine is",
     "within_tolerance": "margins are smaller than the tolerance of the runs",
-    "undersampled": "too few runs for the coverage of a band",
+    "too_few_runs": "too few runs for the coverage of a band",
     "not_resolved": "a polynomial does not follow the runs",
     "holes": "a polynomial is fitted to fewer runs than its grid has",
     "settling": "a band or an extremum is in the starting transient",
@@ -70,7 +70,7 @@ class Notice:
     Attributes
     ----------
     code : str
-        What it is, such as ``"undersampled"``: one of `CODES`.
+        What it is, such as ``"too_few_runs"``: one of `CODES`.
     text : str
         The same in words.
     about : tuple[str, ...]

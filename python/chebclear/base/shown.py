@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import math
 import textwrap
 from collections.abc import Container, Iterable, Sequence
 
@@ -36,6 +37,20 @@ def in_a_sentence(names: Sequence[str]) -> str:
     if len(names) > 4:
         return listed(names, most=3)
     return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else "".join(names)
+
+
+def of_many(share: float) -> str:
+    """A share in words, never rounded up: of a hundred, or of as many as its misses need to be counted.
+
+    >>> of_many(0.9095), of_many(0.999), of_many(0.9999), of_many(0.5), of_many(float("nan"))
+    ('90 of 100', '999 of 1,000', '9,999 of 10,000', '50 of 100', '-')
+    """
+    if math.isnan(share):
+        return "-"
+    rest = 1.0 - share
+    # Of so many that about one misses; half of one is rounded down.
+    every = max(100, 10 ** math.ceil(-math.log10(2.0 * rest) - 1e-9)) if rest > 1e-9 else 100
+    return f"{math.floor(share * every + 1e-6):,} of {every:,}"
 
 
 def capital(text: str) -> str:

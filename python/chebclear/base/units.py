@@ -15,7 +15,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -166,6 +166,22 @@ def unit_of_quantity(text: str) -> str:
     return found[2] if found else ""
 
 
+def units_in(plain: object) -> Iterator[str]:
+    """The units of all quantities in nested lists and mappings.
+
+    >>> list(units_in({"mass": "3 kg", "points": [["20 mm", 0], ["l / 2", "5 um"]]}))
+    ['kg', 'mm', 'um']
+    """
+    if isinstance(plain, str):
+        yield from filter(None, [unit_of_quantity(plain)])
+    elif isinstance(plain, Mapping):
+        for value in plain.values():
+            yield from units_in(value)
+    elif isinstance(plain, list | tuple):
+        for value in plain:
+            yield from units_in(value)
+
+
 def why_not(value: object, unit: str) -> str:
     """Why a text is no quantity of a unit, to follow the problem; empty for anything else than a quantity.
 
@@ -200,6 +216,19 @@ def size_of(unit: str) -> float:
     (0.001, 1.0, 1.0)
     """
     return 1.0 if _dimension_of(unit) in (None, _ONE) else convert(f"1 {unit}", unit)
+
+
+def same_kind(written: str, unit: str) -> bool:
+    """Whether a unit that someone wrote stands for the SI unit; a torque in N mm is no energy in J.
+
+    >>> same_kind("mm/s^2", "m/s²"), same_kind("N mm", "J"), same_kind("rpm", "rad/s"), same_kind("%", "-")
+    (True, False, True, True)
+    """
+    return _plain(si_unit(written)) == _plain(unit)
+
+
+def _plain(unit: str) -> str:
+    return " ".join(unit.translate(_RAISED).replace("*", " ").replace("^", "").split())
 
 
 def quantity_meant(text: str) -> str:

@@ -24,10 +24,7 @@ if TYPE_CHECKING:
 
 EXIT_NOT_MET = 3
 # Which verdicts a requirement accepts.
-DEMANDS = {
-    "resolved": ("resolved",),
-    "estimated": ("resolved", "certified", "estimated"),
-}
+DEMANDS = {"proved": ("proved",), "estimated": ("proved", "estimated")}
 
 
 def verdicts(result: StudyResult) -> Rows:
@@ -35,7 +32,7 @@ def verdicts(result: StudyResult) -> Rows:
     rows = []
     for name in result:
         band = result[name]
-        lower, upper = extent(result, band)
+        lower, upper, *_ = extent(result, band)
         rows.append(
             {
                 "output": name,
@@ -44,7 +41,8 @@ def verdicts(result: StudyResult) -> Rows:
                 "largest": upper + 0.0,
                 "widest": band.max_width,
                 "verdict": band.verdict,
-                "inside [%]": 100.0 * band.coverage,
+                "stay inside [%]": 100.0 * band.whole_run,
+                "inside at an instant [%]": 100.0 * band.coverage,
                 "polynomial misses [% of width]": 100.0 * band.margin.error,
             }
         )
@@ -64,7 +62,7 @@ def finish(
     if options.out is not None:
         with complete_folder(options.out) as folder:
             result.save(folder / "study.npz")
-            write_table(table, folder, "verdicts")
+            write_table(table, folder, "verdicts", () if result.spec is None else result.spec.written)
             texts = [str(result), *([] if fit is None else [str(fit)]), *rankings]
             (folder / "result.txt").write_text("\n\n".join(texts) + "\n", encoding="utf-8")
             document = study_document(result, title)

@@ -10,7 +10,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from ..base.prefixes import Form
 from ..base.tables import format_number, format_table, markdown_table, shown_by_spreadsheets
+from ..base.units import si_unit
 from ..base.writing import complete_folder, file_name
 from ..errors import ArgumentError
 from ..report.html import png
@@ -58,14 +60,15 @@ def require_writable(directory: Path | None) -> None:
         raise ArgumentError(f"cannot write to {str(directory)!r}: {error.strerror or error}") from None
 
 
-def table_text(rows: Rows) -> str:
-    """The table to be read on a screen."""
-    return format_table(*_cells(rows))
+def table_text(rows: Rows, written: Sequence[str] = ()) -> str:
+    """The table to be read on a screen, in units that the user has `written`."""
+    return format_table(*_cells(rows, written))
 
 
-def write_table(rows: Rows, folder: Path, name: str) -> None:
-    """The table as Markdown to be read, as CSV and JSON with all digits; without rows, files that say so."""
-    text = markdown_table(*_cells(rows)) if rows else "none"
+def write_table(rows: Rows, folder: Path, name: str, written: Sequence[str] = ()) -> None:
+    """The table as Markdown to be read, in units that the user has `written`, and as CSV and JSON in SI units
+    with all digits; without rows, files that say so."""
+    text = markdown_table(*_cells(rows, written)) if rows else "none"
     (folder / f"{name}.md").write_text(f"{text}\n", encoding="utf-8")
     with (folder / f"{name}.csv").open("w", encoding="utf-8", newline="") as file:
         table = csv.writer(file)
@@ -75,24 +78,47 @@ def write_table(rows: Rows, folder: Path, name: str) -> None:
     (folder / f"{name}.json").write_text(text + "\n", encoding="utf-8")
 
 
-def _cells(rows: Rows) -> tuple[list[str], list[list[str]]]:
-    cells = [
-        [_cell(cell, _scale(row) if name in _ENDS else 0.0) for name, cell in row.items()] for row in rows
-    ]
-    return list(rows[0]) if rows else [], cells
+def _cells(rows: Rows, written: Sequence[str]) -> tuple[list[str], list[list[str]]]:
+    """Heads and cells to be read: numbers of a quantity in one unit, with digits that tell them apart.
+
+    These are the columns of `_ENDS` and `_WIDTH` of a row that has a unit, and each whose head has one.
+    """
+    columns = {name: [row[name] for row in rows] for name in rows[0]} if rows else {}
+    heads, texts = [], []
+    for name, cells in columns.items():
+        head, bracket, unit = name.rpartition(" [")
+        unit = unit.removesuffix("]")
+        if name == "unit":
+            heads.append(name)
+            texts.append([_form_of(row, written).unit for row in rows])
+        elif name in _ENDS and "unit" in columns:
+            heads.append(name)
+            texts.append([_form_of(row, written).number(row[name]) for row in rows])
+        elif name == _WIDTH and "unit" in columns:
+            heads.append(name)
+            texts.append([format_number(_form_of(row, written).factor * row[name]) for row in rows])
+        elif bracket and si_unit(unit) and all(isinstance(cell, float) for cell in cells):
+            form = Form.of(cells, unit, written)
+            heads.append(f"{head} [{form.unit}]")
+            texts.append(list(map(form.number, cells)))
+        else:
+            heads.append(name)
+            texts.append([_cell(cell) for cell in cells])
+    return heads, [list(row) for row in zip(*texts, strict=True)]
 
 
-# Columns of the ends of one quantity: the rounding of the larger one is shown as 0, not written to files so.
+# Columns of one quantity, whose unit is in a column of its own.
 _ENDS = ("lowest", "largest")
+_WIDTH = "widest"
 
 
-def _scale(row: Mapping[str, object]) -> float:
-    """The larger of the two ends of a quantity."""
-    return max((abs(end) for name in _ENDS if isinstance(end := row.get(name), float)), default=0.0)
+def _form_of(row: Mapping[str, Any], written: Sequence[str]) -> Form:
+    """How the quantity of a row is written."""
+    return Form.of([row[name] for name in _ENDS if name in row], row["unit"], written)
 
 
-def _cell(cell: object, scale: float) -> str:
-    return format_number(cell, 4, scale) if isinstance(cell, float) else str(cell)
+def _cell(cell: object) -> str:
+    return format_number(cell, 4) if isinstance(cell, float) else str(cell)
 
 
 def draw(folder: Path, name: str, sides: tuple[float, float], *plots: Callable[..., object]) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.random import Generator
 
 from ..base.named import Named
-from ..base.prefixes import format_quantity
+from ..base.prefixes import Form, format_quantity
 from ..base.shown import Shown, capital, listed
 from ..base.tables import format_table
 from ..errors import ArgumentTypeError
@@ -51,6 +51,8 @@ class Tolerance(Shown):
         ISO grade of the tolerance after, where the catalog has grades, such as ``"IT7"``; else empty.
     cost_before, cost_after : float
         What they cost; NaN where a catalog has nothing as tight.
+    written : tuple[str, ...]
+        The unit that the user wrote, in which it is shown.
     """
 
     name: str
@@ -60,6 +62,7 @@ class Tolerance(Shown):
     grade: str
     cost_before: float
     cost_after: float
+    written: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -134,15 +137,13 @@ class Allocation(WithNotices, html.Reported, Named[Tolerance]):
     @property
     def table(self) -> Table:
         """One row for each tolerance."""
-        rows = [
-            [
-                one.name,
-                format_quantity(one.before, one.unit),
-                f"{format_quantity(one.after, one.unit)} {one.grade}".strip(),
-                *(f"{cost:.4g}" for cost in (one.cost_before, one.cost_after)),
-            ]
-            for one in self.tolerances.values()
-        ]
+        rows = []
+        for one in self.tolerances.values():
+            form = Form.of((one.before, one.after), one.unit, one.written)
+            costs = [f"{cost:.4g}" for cost in (one.cost_before, one.cost_after)]
+            rows.append(
+                [one.name, form.text(one.before), f"{form.text(one.after)} {one.grade}".strip(), *costs]
+            )
         rows.append(["all", "", "", f"{self.cost_before:.4g}", f"{self.cost:.4g}"])
         return Table("Tolerances", ["parameter", "before", "after", "cost before", "cost after"], rows)
 
@@ -165,9 +166,9 @@ class Allocation(WithNotices, html.Reported, Named[Tolerance]):
     def _savings(self) -> list[str]:
         """By how much wider limits save a hundredth of the cost."""
         wider = {
-            name: format_quantity(0.01 * self.cost / one, self.verified[name].unit)
+            name: format_quantity(0.01 * self.cost / one, share.unit, written=share.specification.written)
             for name, one in self.saving.items()
-            if one > 0.0
+            if one > 0.0 and (share := self.verified[name])
         }
         return [f"{name}: limits wider by {one} save 1 % of the cost" for name, one in wider.items()]
 
@@ -303,7 +304,15 @@ def allocate(
     ]
     return Allocation(
         tolerances={
-            name: Tolerance(name, units.get(name, ""), before, after, price.grades.get(after, ""), *costs)
+            name: Tolerance(
+                name,
+                units.get(name, ""),
+                before,
+                after,
+                price.grades.get(after, ""),
+                *costs,
+                search.runner.written_for(name),
+            )
             for (name, price), before, after, costs in rows
         },
         status=status,

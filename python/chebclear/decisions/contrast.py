@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 from zlib import crc32
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..base.arguments import Checks
 from ..base.named import Named
-from ..base.prefixes import format_quantity, format_range
+from ..base.prefixes import Form, format_quantity, format_tolerance
 from ..base.rows import Array
 from ..base.shown import Shown, in_a_sentence, listed
 from ..errors import ArgumentError, ArgumentTypeError
@@ -33,6 +33,7 @@ from ..study.sources.asked import units_of
 from ..study.sources.finished import FinishedRuns
 from ..study.sources.run_table import RunTable
 from ..study.sources.scenes import MOST_RUNS, scene_of
+from ..study.spec import interval_of
 from ..study.study import Study
 from .settled import unsettled
 from .trace import made_at
@@ -66,6 +67,8 @@ class Difference(Shown):
         Interval of that share, exact as Clopper and Pearson's [-].
     confidence : float
         Probability that an interval holds the true value [-].
+    written : tuple[str, ...]
+        Units that the user wrote, in which it is shown.
     """
 
     name: str
@@ -78,6 +81,7 @@ class Difference(Shown):
     smaller: float
     smaller_between: tuple[float, float]
     confidence: float
+    written: tuple[str, ...] = ()
 
     @property
     def differs(self) -> bool:
@@ -85,9 +89,9 @@ class Difference(Shown):
         return self.lower > 0.0 or self.upper < 0.0
 
     def __str__(self) -> str:
-        first = format_quantity(float(np.median(self.first)), self.unit)
-        ends = format_range((self.lower, self.upper), self.unit)
-        change = format_quantity(self.median, self.unit)
+        first = format_quantity(float(np.median(self.first)), self.unit, written=self.written)
+        form = Form.of((self.median, self.lower, self.upper), self.unit, self.written)
+        ends, change = form.range(self.lower, self.upper), form.text(self.median)
         low, high = self.smaller_between
         text = f"{self.name}: {change} from {first} (median of {len(self.first)} pairs; between {ends}); "
         text += f"smaller in {100.0 * self.smaller:.3g} % of them"
@@ -188,14 +192,11 @@ class Contrast(WithNotices, html.Tabled, html.Reported, Named["Difference | Shar
         """One row for each feature."""
         rows = []
         for one in self.features.values():
-            size = float(np.max(np.abs([one.first, one.second])))
             medians = (float(np.median(one.first)), float(np.median(one.second)))
-            values = [format_quantity(median, one.unit, scale=size) for median in medians]
-            change, ends = (
-                format_quantity(one.median, one.unit),
-                format_range((one.lower, one.upper), one.unit),
-            )
-            rows.append([one.name, *values, change, ends, f"{one.smaller:.1%}"])
+            values = map(Form.of(medians, one.unit, one.written).text, medians)
+            form = Form.of((one.median, one.lower, one.upper), one.unit, one.written)
+            ends = form.range(one.lower, one.upper)
+            rows.append([one.name, *values, form.text(one.median), ends, f"{one.smaller:.1%}"])
         head = ["feature", "first", "second", "difference", "between", "smaller in"]
         return Table("Medians of both designs and of their differences in pairs", head, rows)
 
@@ -328,7 +329,8 @@ def contrast(
     differences = {}
     for name, unit in zip(common, units, strict=True):
         pair = np.column_stack([one[name], other[name]])
-        differences[name] = _difference(name, unit, pair[np.isfinite(pair).all(axis=1)], level)
+        found = _difference(name, unit, pair[np.isfinite(pair).all(axis=1)], level)
+        differences[name] = replace(found, written=runners[0].written_for(name))
     shares = {
         name: _share_difference(name, one, outside[0][name], outside[1][name], level)
         for name, one in asked.items()
@@ -408,7 +410,8 @@ def _plain(runner: Runner) -> dict[str, Any]:
     """A study as names, numbers and texts."""
     plain: dict[str, Any] = {
         "parameters": {
-            name: f"{one.lower:.6g} to {one.upper:.6g}" if isinstance(one, Interval) else repr(one)
+            name: " ".join(format_tolerance(interval_of(one), runner.units.get(name, ""), (one.unit,)))
+            + ("" if isinstance(one, Interval) else f", {type(one).__name__.lower()}")
             for name, one in runner.parameters.items()
         },
         "fixed": {

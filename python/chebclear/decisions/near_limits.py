@@ -135,8 +135,8 @@ def _near_limits(
 ) -> tuple[Surrogate, float, tuple[float, float]]:
     """The polynomial at the instants at which it comes near the limits, its margin, and where near begins."""
     band = along.bands.get(one.quantity)
-    if band is None or band.surrogate is None or band.verdict != "resolved" or isinstance(one.at, str):
-        known = [name for name, band in along.items() if band.verdict == "resolved" and band.surrogate]
+    if band is None or band.surrogate is None or not band.resolved or isinstance(one.at, str):
+        known = [name for name, band in along.items() if band.resolved and band.surrogate]
         raise ArgumentError(
             f"along has no polynomial over time that follows {one}; it has some of {listed(known) or 'none'}"
         )

@@ -94,8 +94,8 @@ def rare_share(
         What to keep to, made by `require`: of several, the share that breaks one of them. The requirements of
         the study if not given.
     along : StudyResult, optional
-        Result of a study of the same parameters whose polynomial follows the output: the verdict is
-        ``"resolved"``. Its intervals should reach as far as mechanisms go that are outside, five standard
+        Result of a study of the same parameters whose polynomial follows the output: the band is
+        `resolved`. Its intervals should reach as far as mechanisms go that are outside, five standard
         deviations say; mechanisms beyond them count as near the limits. It takes one specification, not at a
         crank angle.
     runs : int, optional

@@ -102,7 +102,7 @@ class Split:
     acceptance: Array = field(default_factory=lambda: np.empty(0))
     """Accepted share of its proposals in its last rounds [-]."""
     steps: Array = field(default_factory=lambda: np.empty(0))
-    """Its last step [standard deviations]."""
+    """Its last step, in standard deviations."""
     scores: Array = field(default_factory=lambda: np.empty((0, 0)))
     """The last particles, system by system, as standard normal scores [-], shape (particles, parameters)."""
     badness: Array = field(default_factory=lambda: np.empty(0))

@@ -9,13 +9,14 @@ import functools
 import inspect
 import re
 import sys
-from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any, ParamSpec
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Any, Literal, ParamSpec
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from ..base.named import is_pattern, matching
+from ..base.prefixes import unit_shown
 from ..base.units import UnitError, convert
 from ..errors import ArgumentError, ArgumentTypeError
 
@@ -37,7 +38,7 @@ Given = ParamSpec("Given")
 # What parameters of these names are, in all plots; the last ones are keywords for an artist.
 _SHARED = {
     "ax": "ax : Axes, optional\n    Where to draw; a new figure if not given.",
-    "unit": 'unit : str, optional\n    Unit to show, such as ``"µm"``; SI if not given.',
+    "unit": 'unit : str, optional\n    Unit to show, such as ``"µm"``; as written, or SI, if not given.',
     "x": "x : ndarray, optional\n    Abscissa in place of time or crank angle; goes with `x_label`.",
     "x_label": "x_label : str, optional\n    Label of the abscissa, with its unit.",
 } | {
@@ -130,14 +131,48 @@ def unit_scale(si_unit: str, unit: str | None) -> tuple[float, str]:
         raise ArgumentError(f"unit={unit!r} of data in {si_unit}: {error}") from None
 
 
-def require_unit(ax: Axes | None, unit: str) -> None:
-    """Refuse numbers in another unit than the y axis of what is drawn already says."""
-    if ax is None or not hasattr(ax, "get_ylabel"):
-        return  # a new one, or no axes, which is refused where they are needed
-    said = re.search(r"\[([^\]]*)\]$", " ".join(ax.get_ylabel().split()))
-    if said is not None and ax.has_data() and unit and said[1] != unit:
-        what = f"has curves in {said[1]}, got one in {unit}"
-        raise ArgumentError(f'ax {what}: give unit="{said[1]}" if that is possible, or other axes')
+def shown_scale(
+    ax: object,
+    si_unit: str,
+    unit: str | None,
+    written: Sequence[str] = (),
+    values: ArrayLike = (),
+    along: Literal["x", "y"] = "y",
+) -> tuple[float, str]:
+    """Factor from the SI unit to the one in which values are drawn, and that unit.
+
+    It is the one that was asked for, that of the axes, one that the user has `written`, or the SI unit.
+
+    What is drawn on one axis has one unit: an ArgumentError if another one was asked for, or none fits.
+    """
+    said = _unit_of(ax, along)
+    if said is None:
+        if unit is None and written:
+            known = np.asarray(values, dtype=float)
+            size = float(np.max(np.abs(known[np.isfinite(known)]), initial=0.0))
+            factor, shown = unit_shown(size, si_unit, written)
+            return (factor, shown) if shown in written else (1.0, si_unit)
+        return unit_scale(si_unit, unit)
+    if unit is None and si_unit and si_unit != said:
+        try:
+            return unit_scale(si_unit, said)
+        except ArgumentError:
+            raise ArgumentError(f"ax has curves in {said}, got one in {si_unit}: give other axes") from None
+    found = unit_scale(si_unit, unit)
+    if si_unit and found[1] != said:
+        raise ArgumentError(
+            f'ax has curves in {said}, got one in {found[1]}: give unit="{said}" or other axes'
+        )
+    return found
+
+
+def _unit_of(ax: object, along: Literal["x", "y"]) -> str | None:
+    """The unit that the label of an axis says of what is drawn; None where there is none."""
+    label = getattr(ax, f"get_{along}label", None)
+    if label is None or not ax.has_data():  # type: ignore[attr-defined]
+        return None  # a new one, or no axes, which is refused where they are needed
+    said = re.search(r"\[([^\]]*)\]$", " ".join(label().split()))
+    return None if said is None else said[1]
 
 
 def abscissa_of(x: object, samples: int) -> Array:

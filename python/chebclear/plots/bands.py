@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..base.arguments import Checks
 from ..base.prefixes import format_range
+from ..base.shown import of_many
 from ..base.tables import format_number
 from ..errors import ArgumentError
 from ..report.document import Picture
@@ -23,8 +24,7 @@ from .axes import (
     new_axes,
     plot_of,
     require,
-    require_unit,
-    unit_scale,
+    shown_scale,
 )
 from .labels import (
     legend_above_the_data,
@@ -49,16 +49,8 @@ Array = NDArray[np.float64]
 
 BOUNDS, NOMINAL, RUNS, ZONE = "#4477AA", "#AA3377", "0.55", "#228833"
 
-# Filling of the area of a band by its verdict: plain where a polynomial follows the response, coarser hatches
-# for weaker verdicts.
-_HATCHES = {
-    "resolved": None,
-    "certified": None,
-    "estimated": "....",
-    "sampled": "\\\\\\",
-    "not resolved": "///",
-    "undersampled": "xx",
-}
+# Filling of the area of a band by how sure it is: plain where it is proved, coarser hatches for less.
+_HATCHES = {"proved": None, "estimated": "....", "too few runs": "xx", "unknown": "///"}
 THIN = 0.1
 """Width of a band relative to the range of the motion below which it is shown as a deviation [-]."""
 
@@ -90,9 +82,9 @@ def plot_band(
 ) -> Axes:
     """Draw a band: its area, its two bounds, and the nominal response.
 
-    The legend has the verdict in words, and the area is filled accordingly: plain where the band is resolved
-    or certified, dotted where it is estimated, hatched where it is an inner bound or not resolved, and
-    crossed where it is undersampled.
+    The legend says how sure it is, and the area is filled accordingly: plain where the band is proved or a
+    polynomial predicts further runs, dotted where it is estimated, crossed where there are too few runs, and
+    hatched where nothing is known of further runs.
 
     Parameters
     ----------
@@ -120,8 +112,7 @@ def plot_band(
     checks = Checks()
     runs = checks.whole("runs", runs, least=0)
     checks.finish()
-    scale, shown = unit_scale(band.unit, unit)
-    require_unit(ax, shown)
+    scale, shown = shown_scale(ax, band.unit, unit, band.written, (band.lower, band.upper))
     zero = band.nominal if deviation else np.zeros(len(band.t))
     abscissa, own_label = _own_abscissa(band) if x is None else (abscissa_of(x, len(band.t)), "")
     ax = new_axes(ax)
@@ -130,7 +121,7 @@ def plot_band(
         "alpha": 0.25,
         "linewidth": 0.0,
         "edgecolor": color,
-        "hatch": _HATCHES.get(band.verdict),
+        "hatch": None if band.resolved else _HATCHES[band.verdict],
         "rasterized": len(band.t) > MOST_VECTORS,
         "label": verdict_words(band),
     } | fill
@@ -191,7 +182,7 @@ def plot_agreement(
     """
     band = agreement.band
     ax = plot_band(band, ax=ax, unit=unit, nominal=False)
-    scale = unit_scale(band.unit, unit)[0]
+    scale = shown_scale(ax, band.unit, None)[0]
     places, values, outside = agreement.places, scale * agreement.values, agreement.excess > 0.0
     if band.angle is not None:
         turn = np.floor((places - band.angle.min()) / (2.0 * math.pi))
@@ -225,8 +216,8 @@ def plot_lost_motion(
     >>> scene = cc.mechanisms.slider_crank(clearance_at=("crank_pin", "wrist"))
     >>> ax = cc.plots.plot_lost_motion(cc.lost_motion(scene, "slider", (1.0, 0.0)), unit="µm")
     """
+    scale, shown = shown_scale(ax, motion.unit, unit)
     ax = new_axes(ax)
-    scale, shown = unit_scale(motion.unit, unit)
     shares = [share * scale for share in motion.shares.values()]
     names = [typeset(plain_words(name)) for name in motion.shares]
     look: dict[str, Any] = {"labels": names, "colors": COLORS, "alpha": 0.8}
@@ -256,18 +247,10 @@ def _own_abscissa(band: Band) -> tuple[Array, str]:
 
 def verdict_words(band: Band) -> str:
     """What the bounds of a band are, for a legend."""
-    if band.verdict == "sampled":
-        return "extremes of the runs (inner bound)"
-    if band.verdict == "certified":
-        return f"bounds, certified: {_percent(band.coverage)} expected inside"
-    if band.verdict in ("estimated", "undersampled") and not math.isnan(band.coverage):
-        return f"bounds, {band.verdict}: {_percent(band.coverage)} of a further run inside"
-    return f"bounds, {band.verdict}"
-
-
-def _percent(share: float) -> str:
-    """A share near 1 with as many digits as distinguish it from 1, never rounded up."""
-    return f"{math.floor(1e4 * share + 1e-9) / 100.0:g} %"
+    if band.verdict == "unknown":
+        return "extremes of the runs" if band.surrogate is None else "bounds of a polynomial that misses runs"
+    share = "" if math.isnan(band.coverage) else f": {of_many(band.coverage)} inside at an instant"
+    return f"bounds, {band.verdict}{share}"
 
 
 @plot_of("Band")
@@ -443,7 +426,7 @@ def plot_prediction(
         raise ArgumentError(
             f"holdout must have runs of {band.name} at the same instants and over the same parameters"
         )
-    scale, shown = unit_scale(band.unit, unit)
+    scale, shown = shown_scale(ax, band.unit, unit, band.written, holdout.runs)
     given = dict(zip(band.intervals, holdout.parameters.T, strict=True))
     predicted, simulated = scale * band.evaluate(**given).ravel(), scale * holdout.runs.ravel()
     error, reach = float(np.abs(predicted - simulated).max()), float(np.ptp(simulated))

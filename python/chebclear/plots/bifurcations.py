@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base.arguments import Checks
 from ..scene.columns import column_unit, column_words, plain_words
-from .axes import COLORS, MOST_VECTORS, line_style, new_axes, plot_of, require_unit, unit_scale
+from .axes import COLORS, MOST_VECTORS, line_style, new_axes, plot_of, shown_scale
 from .labels import set_labels, typeset, with_unit
 
 if TYPE_CHECKING:
@@ -48,8 +48,7 @@ def plot_bifurcation(
     checks = Checks()
     parameter_scale = checks.real("parameter_scale", parameter_scale, "-", above=0.0)
     checks.finish()
-    scale, shown = unit_scale(column_unit(diagram.output), unit)
-    require_unit(ax, shown)
+    scale, shown = shown_scale(ax, column_unit(diagram.output), unit)
     ax = new_axes(ax)
     count = diagram.samples.shape[1]
     # Points lie on each other where the motion repeats itself: they are drawn lightly where there are many.
@@ -106,8 +105,7 @@ def plot_sweep(
     parameter_scale = checks.real("parameter_scale", parameter_scale, "-", above=0.0)
     checks.finish()
     values = sweep[feature]
-    scale, shown = unit_scale(sweep.units[feature], unit)
-    require_unit(ax, shown)
+    scale, shown = shown_scale(ax, sweep.units[feature], unit)
     ax = new_axes(ax)
     at, ends = parameter_scale * sweep.points, scale * np.quantile(values, (0.05, 0.95), axis=1)
     ax.plot(at, scale * values.mean(axis=1), **line_style(line, label="mean"))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.arguments import Checks
-from ..base.prefixes import format_quantity
+from ..base.prefixes import Form
 from ..base.shown import meant_or_known
 from ..errors import UnknownNameError
 from ..scene.columns import column_unit, column_words, plain_words
@@ -230,7 +230,10 @@ def plot_allocation(allocation: Allocation, *, ax: Axes | None = None, **bars: A
     colors = [COLORS[1] if factor > 1.0 else COLORS[0] for factor in factors]
     look: dict[str, Any] = {"left": 1.0, "height": 0.6, "color": colors}
     ax.barh(range(len(rows)), factors - 1.0, **(look | bars))
-    words = [" to ".join(format_quantity(size, one.unit) for size in (one.before, one.after)) for one in rows]
+    forms = [Form.of((one.before, one.after), one.unit, one.written) for one in rows]
+    words = [
+        " to ".join(map(form.text, (one.before, one.after))) for form, one in zip(forms, rows, strict=True)
+    ]
     for row, (factor, text) in enumerate(zip(factors, words, strict=True)):
         place = (max(float(factor), 1.0), float(row))
         beside: dict[str, Any] = {"xytext": (5.0, 0.0), "textcoords": "offset points", "va": "center"}

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..base.prefixes import prefix_of
 from ..scene.columns import plain_words
-from .axes import COLORS, new_axes, plot_of, unit_scale
+from .axes import COLORS, new_axes, plot_of, shown_scale
 from .labels import (
     legends_above,
     set_row_names,
@@ -66,7 +66,7 @@ def plot_tornado(
     >>> ax = cc.plots.plot_tornado(study.sample(20).features["torque"])
     """
     effects = feature.effects
-    scale, shown_unit = unit_scale(feature.unit, unit)
+    scale, shown_unit = shown_scale(ax, feature.unit, unit, feature.written, effects.mean, "x")
     names = sorted(effects.swings, key=lambda name: -_reach(effects, name))
     shown = names[:_MOST_ROWS]
     ax = new_axes(ax)
@@ -224,8 +224,9 @@ def plot_share(share: Share, *, ax: Axes | None = None, unit: str | None = None,
     >>> found = cc.conformance(study, {"play": cc.require("play", above=0.04, below=0.2)})
     >>> ax = cc.plots.plot_share(found["play"])
     """
+    ends = (share.lowest, share.highest)
+    scale, shown = shown_scale(ax, share.unit, unit, share.specification.written, ends, "x")
     ax = new_axes(ax)
-    scale, shown = unit_scale(share.unit, unit)
     values = [values[np.isfinite(values)] * scale for values in (share.lowest, share.highest)]
     single = np.array_equal(values[0], values[1])
     # Of a value that changes during the run the extreme that a limit is about.
@@ -271,8 +272,8 @@ def plot_difference(
     ... )
     >>> ax = cc.plots.plot_difference(cc.contrast(wide, narrow)["play"])
     """
+    scale, shown = shown_scale(ax, difference.unit, unit, along="x")
     ax = new_axes(ax)
-    scale, shown = unit_scale(difference.unit, unit)
     change = scale * (difference.second - difference.first)
     look: dict[str, Any] = {"bins": "auto" if len(change) < 1000 else 50, "color": COLORS[0], "alpha": 0.8}
     ax.hist(change, **(look | bins))

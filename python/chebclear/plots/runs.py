@@ -10,7 +10,7 @@ data. Without ``ax`` a new figure is made: one of pyplot's when pyplot has been 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +30,7 @@ from .axes import (
     plot_of,
     require,
     require_name,
-    require_unit,
-    unit_scale,
+    shown_scale,
 )
 from .labels import (
     add_color_bar,
@@ -94,8 +93,7 @@ def plot_trajectory(
     units = {column_unit(name) for name in names}
     if len(units) != 1:
         raise ArgumentError(f"columns on one axis must share a unit, got {names} in {sorted(units)}")
-    scale, shown = unit_scale(units.pop(), unit)
-    require_unit(ax, shown)
+    scale, shown = shown_scale(ax, units.pop(), unit, run.written, curves)
     abscissa = run.t if x is None else abscissa_of(x, len(run.t))
     ax = new_axes(ax)
     common = words_in_common(names)
@@ -163,7 +161,7 @@ def plot_orbit(
     from matplotlib.collections import LineCollection
 
     clearance = _clearance_joint(run, joint).clearance
-    scale, shown = unit_scale("m", unit)
+    scale, shown = shown_scale(ax, "m", unit, run.written, clearance)
     path = np.column_stack([scale * run[f"{joint}.eccentricity_{axis}"] for axis in "xy"])
     style = normalize_kwargs(line, LineCollection)
     own_color = {"color", "colors", "edgecolor"} & set(style)
@@ -251,8 +249,9 @@ def plot_poincare(
         require_name(axis, column, run)
     section = section_samples(run, period, shift)
     data = []
-    for column, unit in ((x, x_unit), (y, y_unit)):
-        scale, shown = unit_scale(column_unit(column), unit)
+    asked: tuple[tuple[Literal["x", "y"], str, str | None], ...] = (("x", x, x_unit), ("y", y, y_unit))
+    for along, column, unit in asked:
+        scale, shown = shown_scale(ax, column_unit(column), unit, run.written, run[column], along)
         data.append((scale * run[column][section], with_unit(column_words(column), shown)))
     ax = new_axes(ax)
     style = line_style(points, marker=".", markersize=4.0, linestyle="none")
@@ -391,8 +390,8 @@ def plot_wear(
     """
     if joint is not None and joint not in life.profiles:
         raise UnknownNameError(f'"{joint}" does not wear here{meant_or_known(joint, life.profiles)}')
+    scale, shown = shown_scale(ax, "m", unit)
     ax = new_axes(ax)
-    scale, shown = unit_scale("m", unit)
     if joint is None:
         ax.plot(life.cycles, scale * life.depth, ".-", color=COLORS[0])
         if life.limit is not None:

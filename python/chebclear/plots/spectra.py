@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..base.arguments import Checks
 from ..errors import ArgumentError
 from ..scene.columns import column_unit, column_words, plain_words
-from .axes import abscissa_of, line_style, new_axes, plot_of, require_name, unit_scale
+from .axes import abscissa_of, line_style, new_axes, plot_of, require_name, shown_scale
 from .labels import add_color_bar, set_labels, with_unit
 
 if TYPE_CHECKING:
@@ -152,7 +152,7 @@ def plot_spectrum(
     >>> run = cc.simulate(scene, duration=8 * scene.period, samples=2881)
     >>> ax = cc.plots.plot_spectrum(run.spectrum("slider.ax", angle="crank"))
     """
-    scale, shown = unit_scale(spectrum.unit, unit)
+    scale, shown = shown_scale(ax, spectrum.unit, unit)
     ax = new_axes(ax)
     # Without the mean, which each piece lost.
     ax.plot(spectrum.lines[1:], scale * spectrum.amplitude[1:], **line_style(line, linewidth=0.8))
@@ -179,7 +179,7 @@ def plot_cycles(cycles: Cycles, *, ax: Axes | None = None, unit: str | None = No
     >>> one = np.ones(3)
     >>> ax = cc.plots.plot_cycles(cc.results.Cycles("wrist.normal_force", "N", 900.0 * one, one, one))
     """
-    scale, shown = unit_scale(cycles.unit, unit)
+    scale, shown = shown_scale(ax, cycles.unit, unit)
     ax = new_axes(ax)
     reached = np.cumsum(cycles.counts)
     ax.step(reached, scale * cycles.ranges, where="pre", **line_style(steps))

@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.prefixes import prefix_of
+from ..base.prefixes import unit_shown
 from ..base.tables import ROUNDING
 from ..base.units import unit
 
@@ -121,15 +121,17 @@ def chart(
     nominal: Array,
     bounds: tuple[Array, Array] | None = None,
     thin: float = 0.0,
+    written: Sequence[str] = (),
 ) -> Chart:
-    """A chart in a unit with a prefix; of many samples those that show the extremes.
+    """A chart in a unit that the user has `written`, or with a prefix.
 
-    Bounds that are no wider than the part `thin` of the range of the output [-] are shown as deviations.
+    Of many samples those that show the extremes are kept. Bounds that are no wider than the part `thin` of
+    the range of the output [-] are shown as deviations.
     """
     curves = np.array([nominal, *(bounds or ())])
     known = np.abs(curves[np.isfinite(curves)])
     scale = float(known.max(initial=0.0))
-    factor, shown = prefix_of(scale, si_unit)
+    factor, shown = unit_shown(scale, si_unit, written)
     kept = _kept(curves)
     values = factor * np.where(np.abs(curves) <= ROUNDING * scale, 0.0, curves)[:, kept]
     if bounds is None:

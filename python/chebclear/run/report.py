@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..base.files import package_version
-from ..base.prefixes import format_exact, format_quantity, format_range
+from ..base.prefixes import Form, format_exact, format_quantity, format_range
 from ..base.shown import in_a_sentence
 from ..base.units import units
 from ..plots.animation.film import outputs_film
@@ -38,7 +38,7 @@ def run_document(run: Trajectory, title: str | None) -> Document:
     extremes = [_extremes(run, name) for name in shown]
     pictures = [
         Picture(
-            f"{name} against time, from {format_range((low.value, high.value), unit)}.",
+            f"{name} against time, from {_form(run, unit, low, high).range(low.value, high.value)}.",
             partial(run.plot, name),
         )
         for name, unit, low, high in extremes
@@ -81,13 +81,13 @@ def _answer(run: Trajectory, extremes: Sequence[tuple[str, str, Any, Any]]) -> l
     if not run.success:
         sentences.append(f"The run ended early, at {format_quantity(run.end_time, 's')}: {run.message}.")
     for name, unit, low, high in extremes[:1]:
-        reach = format_range((low.value, high.value), unit)
+        reach = _form(run, unit, low, high).range(low.value, high.value)
         sentences.append(f"{name} moves within {reach}: it is largest at {format_quantity(high.time, 's')}.")
-    forces = [(high, name) for name, unit, _, high in extremes if unit == "N"]
+    forces = [(one, name) for name, unit, *ends in extremes if unit == "N" for one in ends]
     if forces:
-        high, name = max(forces, key=lambda one: one[0].value)
-        size = format_quantity(high.value, "N")
-        sentences.append(f"The largest force is {size}, {name} at {format_quantity(high.time, 's')}.")
+        most, name = max(forces, key=lambda one: abs(one[0].value))
+        size = format_quantity(most.value, "N", written=run.written)
+        sentences.append(f"The largest force is {size}, {name} at {format_quantity(most.time, 's')}.")
     return sentences
 
 
@@ -125,14 +125,19 @@ def _extremes(run: Trajectory, name: str) -> tuple[str, str, Any, Any]:
     return name, column_unit(name), run.lowest(name), run.peak(name)
 
 
+def _form(run: Trajectory, unit: str, low: Any, high: Any) -> Form:
+    """How the extremes of an output are written."""
+    return Form.of((low.value, high.value), unit, run.written)
+
+
 def _extremes_table(run: Trajectory, extremes: Sequence[tuple[str, str, Any, Any]]) -> Table:
     head = ["output", "lowest", "at", "highest", "at"]
     rows = [
         [
             name,
-            format_quantity(low.value, unit, scale=high.value),
+            _form(run, unit, low, high).text(low.value),
             format_quantity(low.time, "s"),
-            format_quantity(high.value, unit, scale=low.value),
+            _form(run, unit, low, high).text(high.value),
             format_quantity(high.time, "s"),
         ]
         for name, unit, low, high in extremes
@@ -142,7 +147,7 @@ def _extremes_table(run: Trajectory, extremes: Sequence[tuple[str, str, Any, Any
         for row, (name, unit, *_) in zip(rows, extremes, strict=True):
             error = run.error[name]
             end = float(run.t[-1]) if math.isinf(error.horizon) else error.horizon
-            row += [format_quantity(error.claim, unit, 2), format_quantity(end, "s")]
+            row += [format_quantity(error.claim, unit, 2, run.written), format_quantity(end, "s")]
     return Table("Extremes of the continuous motion, not of the samples", head, rows)
 
 
@@ -159,7 +164,7 @@ def columns_table(run: Trajectory) -> Table:
     for name in run.columns:
         values = run[name][np.isfinite(run[name])]
         reach = (float(values.min()), float(values.max())) if len(values) else (math.nan, math.nan)
-        rows.append([name, format_range(reach, column_unit(name))])
+        rows.append([name, format_range(reach, column_unit(name), written=run.written)])
     return Table("Ranges of the samples; run.peak finds extrema between them", ["output", "range"], rows)
 
 
@@ -175,8 +180,8 @@ def _contacts_table(run: Trajectory) -> Table:
             [
                 joint,
                 str(int(chosen.sum())),
-                format_quantity(fastest, "m/s"),
-                format_quantity(float(contacts.peak_force[largest]), "N"),
+                format_quantity(fastest, "m/s", written=run.written),
+                format_quantity(float(contacts.peak_force[largest]), "N", written=run.written),
                 format_quantity(float(contacts.peak_time[largest]), "s"),
             ]
         )

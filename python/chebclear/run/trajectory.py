@@ -176,6 +176,8 @@ class Trajectory(WithNotices, html.Reported, records.Saved, Exports, WithSignals
         The `EndState.memory` of the run that this one continues; None if it continues none.
     error : ErrorEstimate | None
         Errors estimated by companion runs; None unless asked for.
+    written : tuple[str, ...]
+        Units of the scene file, in which plots and reports show it.
     """
 
     t: Array = field(metadata=unit("s"))
@@ -198,6 +200,7 @@ class Trajectory(WithNotices, html.Reported, records.Saved, Exports, WithSignals
     features: Array
     start: str | None = None
     error: ErrorEstimate | None = None
+    written: tuple[str, ...] = field(default=(), compare=False)
 
     @property
     def success(self) -> bool:

@@ -16,7 +16,7 @@ from ..execution.pieces import NOT_BEGUN
 from ..notices import Notice
 from ..scene.columns import physical_limits
 from .band.gridded import Grid
-from .band.notices import SETTLING, UNDERSAMPLED, doubts, early_widths, remarks, told_holes
+from .band.notices import SETTLING, TOO_FEW, doubts, early_widths, remarks, told_holes
 from .band.requirement import LEAST_RUNS, Requirement, band_usage
 from .band.worst import WorstCase, predicted_extremes
 from .by_angle import cut, unpredictable
@@ -49,6 +49,7 @@ def _of_grid(runner: Runner, grid: Grid, runs: RunTable) -> StudyResult:
         threads=runner.execution.threads,
         features=feature_table(runner, runs, grid.random, count_failed(runs.failures)),
         units=runner.units,
+        spec=runner.spec,
     )
     # A result that is read from a file already has these notices.
     messages = [*doubts(found.bands), *early_widths(found.bands, found.scene)]
@@ -106,6 +107,7 @@ def _joined(
         threads=runner.execution.threads,
         features=feature_table(runner, runs, random, requirement.failed),
         units=runner.units,
+        spec=runner.spec,
     )
     # Shortcomings of the bands are known only now.
     messages = [*remarks(result.bands, requirement), *early_widths(result.bands, result.scene)]
@@ -152,12 +154,12 @@ def extended(
 
 def lasting(notices: Sequence[Notice]) -> list[Notice]:
     """Notices without those that count the runs so far."""
-    return [one for one in notices if one.code not in (UNDERSAMPLED, SETTLING, FAILED, STOPPED)]
+    return [one for one in notices if one.code not in (TOO_FEW, SETTLING, FAILED, STOPPED)]
 
 
 def simulated_extremes(runner: Runner, result: StudyResult) -> tuple[WorstCase, ...]:
     """Runs at the worst cases that the polynomials of a result predict; see `StudyResult.check`."""
-    followed = [band for band in result.bands.values() if band.verdict == "resolved" and band.surrogate]
+    followed = [band for band in result.bands.values() if band.resolved and band.surrogate]
     if not followed:
         raise ArgumentError(
             "no output is resolved by a polynomial, so there is no worst case to be checked: more runs "

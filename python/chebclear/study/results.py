@@ -165,6 +165,10 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
         """The lowest and the largest sample of each output in each run, as features."""
         return sampled_ends(self)
 
+    def written_for(self, name: str) -> tuple[str, ...]:
+        """Units that the user wrote, in which a parameter, output or feature is shown."""
+        return () if self.spec is None else self.spec.written_for(name)
+
     @property
     def status(self) -> str:
         """``"done"``, or ``"stopped"`` if there was no time for all runs."""
@@ -322,9 +326,13 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
         *,
         threads: int | None = None,
         units: Mapping[str, str],
+        spec: StudySpec | None = None,
         **facts: Any,
     ) -> Self:
-        """The result of a table of runs, the nominal one last; `facts` are other fields."""
+        """The result of a table of runs, the nominal one last; `facts` are other fields.
+
+        The `spec` says in which units it is shown.
+        """
         grid = asked if isinstance(asked, Grid) else Grid("band", ())
         if isinstance(asked, Requirement):
             bands = calibrated_bands(runs, intervals, asked, threads)
@@ -334,10 +342,11 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
         known = {name: units[name] for name in intervals if name in units}
         for name, band in bands.items():
             unit_of = units.get(name, "") if runs.scene is None else column_unit(name)
-            bands[name] = dataclasses.replace(band, unit=unit_of, parameter_units=known)
+            written = () if spec is None else spec.written_for(name)
+            bands[name] = dataclasses.replace(band, unit=unit_of, parameter_units=known, written=written)
         facts |= {name: getattr(runs, name) for name in _OF_RUNS}
         facts |= {name: getattr(grid, name) for name in _OF_GRID}
-        return cls(bands=bands, units=dict(units), **facts)
+        return cls(bands=bands, units=dict(units), spec=spec, **facts)
 
     def run_table(self, outputs: Sequence[str]) -> RunTable:
         """The runs with some of the outputs, the nominal one last."""

@@ -20,7 +20,7 @@ from ..base.files import same
 from ..base.named import ReadOnlyDict
 from ..base.rows import Array
 from ..base.shown import did_you_mean, in_a_sentence, meant_or_known
-from ..base.units import unit
+from ..base.units import unit, units_in
 from ..errors import ArgumentError, Problem, SceneError
 from ..execution.options import OnFailure
 from ..run.features import Feature
@@ -93,6 +93,23 @@ class StudySpec:
     def random(self) -> dict[str, Distribution]:
         """Distributions of the parameters that have one."""
         return {name: one for name, one in self.parameters.items() if isinstance(one, Distribution)}
+
+    @cached_property
+    def written(self) -> tuple[str, ...]:
+        """Units that the user wrote: in the scene file, with parameters, limits and other arguments."""
+        own = [one.unit for one in self.parameters.values()]
+        own += getattr(self.build, "written", ()) if hasattr(self.build, "to_toml") else ()
+        own += [one for limits in self.requirements.values() for one in limits.written]
+        return tuple(dict.fromkeys(filter(None, [*own, *units_in(dict(self.fixed))])))
+
+    def written_for(self, name: str) -> tuple[str, ...]:
+        """Units in which a parameter, an output or a feature is shown: its own, or all that were written."""
+        if name in self.parameters:
+            return tuple(filter(None, [self.parameters[name].unit]))
+        own = [
+            one for limits in self.requirements.values() if limits.quantity == name for one in limits.written
+        ]
+        return tuple(dict.fromkeys(own)) or self.written
 
     def drawn(self, draw: Callable[[dict[str, Interval]], Array]) -> Array:
         """Points of the box that are the same for each parameter wherever the user names it: `draw` makes
@@ -189,6 +206,7 @@ class StudySpec:
             "features": {name: written(one) for name, one in self.features.items()},
             "units": dict(self.units),
             "requirements": {name: dataclasses.asdict(one) for name, one in self.requirements.items()},
+            "written": {name: given.unit for name, given in self.parameters.items() if given.unit},
             **{name: getattr(self, name) for name in _PLAIN},
         }
 
@@ -202,7 +220,10 @@ class StudySpec:
 
         return cls(
             build=known["build"] if "build" in known else _build_of(facts["build"]),
-            parameters={name: _PARAMETERS[word](*of) for name, (word, *of) in facts["parameters"].items()},
+            parameters={
+                name: _PARAMETERS[word](*of).in_unit(facts["written"].get(name, ""))
+                for name, (word, *of) in facts["parameters"].items()
+            },
             outputs=None if outputs is None else tuple(outputs),
             settings=None if settings is None else Settings.from_dict(settings),
             fixed=restored("fixed"),
@@ -213,7 +234,10 @@ class StudySpec:
         )
 
     def __eq__(self, other: object) -> bool:
-        return same(self.facts(), other.facts()) if isinstance(other, StudySpec) else NotImplemented
+        if not isinstance(other, StudySpec):
+            return NotImplemented
+        # Equal numbers are equal however they were written.
+        return same(self.facts() | {"written": {}}, other.facts() | {"written": {}})
 
     __hash__ = None  # type: ignore[assignment]
 

@@ -68,18 +68,19 @@ class _Reader:
         self.values.constants, problems = evaluation(named, self.given.keys() - named.keys())
         self.values.lost |= self.given.keys() - self.values.constants.keys()
         self.values.problems += problems
-        return {
-            name: Parameter(
-                name,
-                nominal[name],
-                side := self._interval(name),
-                self.units[name],
-                self._note(name),
-                self._distribution(name, side),
-            )
-            for name in self.given
-            if name in nominal
-        }
+        return {name: self._parameter(name, nominal[name]) for name in self.given if name in nominal}
+
+    def _parameter(self, name: str, nominal: float | Expression) -> Parameter:
+        side, unit = self._interval(name), self.units[name]
+        drawn = self._distribution(name, side)
+        return Parameter(
+            name,
+            nominal,
+            None if side is None else side.in_unit(unit),
+            unit,
+            self._note(name),
+            None if drawn is None else drawn.in_unit(unit),
+        )
 
     def _check_name(self, name: str) -> None:
         if not name.isascii() or not name.isidentifier():

@@ -7,7 +7,8 @@ import inspect
 import json
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +20,7 @@ from ..base.arguments import Checks
 from ..base.quantities import Interval
 from ..base.rows import Array
 from ..base.shown import did_you_mean
-from ..base.units import si_unit, written
+from ..base.units import si_unit, units_in, written
 from ..base.writing import named, replaced
 from ..errors import ArgumentError, ArgumentTypeError, Problem, SceneError, UnknownNameError
 from ..report import html
@@ -171,6 +172,11 @@ class Template:
         """The parameters that are known as intervals [SI units]."""
         return {name: one.interval for name, one in self.parameters.items() if one.interval is not None}
 
+    @cached_property
+    def written(self) -> tuple[str, ...]:
+        """Units that stand in the file, in which results are shown."""
+        return tuple(dict.fromkeys(units_in(self.source)))
+
     def unit_of(self, name: str) -> str:
         """SI unit of the values of a parameter; empty if the file gives it none."""
         if not isinstance(name, str) or name not in self.parameters:
@@ -283,7 +289,8 @@ class Template:
             Keywords of `chebclear.simulate` that replace those of the file.
         """
         features = list(self.features.values()) or None
-        return simulate(self.scene(), **({"features": features} | dict(self.run) | options))
+        run = simulate(self.scene(), **({"features": features} | dict(self.run) | options))
+        return replace(run, written=self.written)
 
     def study(self, **options: Any) -> Study:
         """The study of the parameters that have intervals, with the settings of the file.

@@ -58,7 +58,7 @@ def test_a_grid_with_a_hole_gives_the_polynomial_of_the_others(grid):
     # Degree 5 follows the sine to 1e-5 of its change.
     missed = np.max(np.abs(band.evaluate(**failure.parameters) - exact))
     assert missed < 1e-3 * band.max_width
-    assert band.verdict == "resolved" and missed / band.max_width < band.margin.error < 0.05
+    assert band.resolved and missed / band.max_width < band.margin.error < 0.05
     told = {one.code: dict(one.numbers) for one in result.notices}
     assert told["failed"] == {"runs": 1, "of_runs": 40}
     assert (told["holes"]["runs"], told["holes"]["of_runs"]) == (1, 36) and told["holes"]["condition"] > 1.0
@@ -114,11 +114,11 @@ def test_a_band_counts_failed_runs_as_outside():
     lost = len(result.failures)
     assert 0 < lost < 8 and len(result.parameters) == 40 - lost
     band = result["block.y"]
-    assert band.verdict == "undersampled" and band.coverage <= (40 - lost) / 40
-    assert [one.numbers["failed"] for one in result.notices if one.code == "undersampled"] == [lost]
+    assert band.verdict == "too few runs" and band.coverage <= (40 - lost) / 40
+    assert [one.numbers["failed"] for one in result.notices if one.code == "too_few_runs"] == [lost]
     assert result.extend(20) == study.band(60, coverage=0.99)
     whole = cc.Study(faller, G, ["block.y"], **TIME).band(40, coverage=0.99)
-    assert whole["block.y"].verdict == "resolved" and not whole.failures
+    assert whole["block.y"].resolved and not whole.failures
 
 
 def test_runs_that_fail_raise_if_they_are_to(grid):

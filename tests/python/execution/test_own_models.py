@@ -72,8 +72,8 @@ def test_one_run_in_a_hundred_that_fails_costs_no_other():
     for name in ("peak", "product"):
         assert np.array_equal(result.features[name].values, whole.features[name].values[others])
         # Nothing is known of a feature where runs failed.
-        assert result.features[name].interval.verdict == "sampled"
-        assert whole.features[name].interval.verdict == "resolved"
+        assert result.features[name].interval.resolved is False
+        assert whole.features[name].interval.resolved
     assert [dict(one.numbers) for one in result.notices if one.code == "failed"] == [
         {"runs": 4, "of_runs": 401}
     ]
@@ -82,8 +82,8 @@ def test_one_run_in_a_hundred_that_fails_costs_no_other():
 def test_verdicts_account_for_runs_without_values():
     fresh = cc.Study(line, BOX).band(40).parameters
     result = cc.Study(moody({fresh[11, 0]: lambda: line(1.0, 2.0) | {"x": T - math.inf}}), BOX).band(40)
-    assert result["x"].verdict == "undersampled" and result["x"].coverage <= 39 / 40
-    assert cc.Study(line, BOX).band(40)["x"].verdict == "resolved"
+    assert result["x"].verdict == "too few runs" and result["x"].coverage <= 39 / 40
+    assert cc.Study(line, BOX).band(40)["x"].resolved
     grid = cc.Study(line, BOX).chebyshev(degree=2).parameters
     holed = cc.Study(lambda a, b: no_license() if (a, b) == tuple(grid[3]) else line(a, b), BOX)
     fitted = holed.chebyshev(degree=2)

@@ -48,7 +48,7 @@ def test_a_notebook_shows_scenes_runs_bands_reports_and_animations(tmp_path):
     for page, pictures, words in zip(
         pages[:5],
         (1, 1, 2, 1, 1),
-        ("wrist", "2 kg", "slider.vx", "sampled", "slider.x"),
+        ("wrist", "2 kg", "slider.vx", "unknown", "slider.x"),
         strict=True,
     ):
         assert page.count("<img ") == pictures and words in re.sub("<[^>]*>", "", page)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import chebclear as cc
 import pytest
-from chebclear.base.prefixes import format_range
+from chebclear.base.prefixes import Form, format_range
 from chebclear.cli.bands import verdicts
 from chebclear.report.document import Moving, Table
 from chebclear.report.html import as_html
@@ -118,20 +118,26 @@ def test_how_far_an_output_moves_holds_the_peaks_of_its_runs_between_the_samples
     )
     for result in (study.sample(9), study.scan(3), study.band(9)):
         band = result["slider.x"]
-        lowest, highest = extent(result, band)
+        reach = extent(result, band)
+        lowest, highest, *without = reach
+        assert without == pytest.approx([0.12 - 0.05, 0.12 + 0.05], abs=1e-6), (
+            "the nominal run, in closed form"
+        )
+        form = Form.of(reach, "m")
         # From rod minus crank to rod plus crank of the runs.
         crank = result.parameters[:, 0].max()
         assert lowest <= 0.12 - crank + 1e-6 and highest >= 0.12 + crank - 1e-6
         assert band.upper.max() < 0.12 + crank - 1e-3, "the samples miss it"
         document = study_document(result, None)
-        assert format_range((lowest, highest), "m") in document.answer[0]
+        assert form.range(lowest, highest) in document.answer[0]
         (moves,) = (one for one in document.sections if one.title == "How far the outputs move")
-        assert format_range((band.lower.min(), band.upper.max()), "m") in moves.blocks[0].caption
+        drawn = float(band.lower.min()), float(band.upper.max())
+        assert Form.of((lowest, highest, *drawn), "m").range(*drawn) in moves.blocks[0].caption
         rows = {row["output"]: row for row in verdicts(result)}
         assert (rows["slider.x"]["lowest"], rows["slider.x"]["largest"]) == (lowest, highest)
         *_, table = document.first
         row = next(row for row in table.rows if row[0] == "slider.x")
-        assert row[2:4] == [format_range((end,), "m") for end in (lowest, highest)]
+        assert row[2:4] == [form.text(end) for end in (lowest, highest)]
 
 
 def test_the_tolerance_that_matters_is_the_one_that_makes_the_spread():
@@ -174,7 +180,7 @@ def test_a_band_that_is_thin_against_the_motion_is_drawn_as_a_deviation():
 
 
 def test_angles_are_in_degrees_for_readers():
-    assert format_range((0.1, math.pi), "rad") == "5.73 .. 180°"
+    assert format_range((0.1, math.pi), "rad") == "6 .. 180°"
 
 
 def test_a_report_with_shares_says_first_whether_mechanisms_are_in_specification(tmp_path):

@@ -354,7 +354,7 @@ def test_notebooks_show_a_table_without_scripts(kind, scene, result):
     assert len(page.all("table")) == (kind != "scene")
     expected = {
         "run": "slider.vx",
-        "study": "resolved",
+        "study": "estimated",
         "ranking": "scatter",
         "costs": "auto",
         "scene": "crank_pin",

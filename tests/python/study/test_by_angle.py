@@ -50,7 +50,7 @@ def test_without_clearance_the_band_is_that_of_the_closed_form(speed, start):
     cranks, rods = np.linspace(0.045, 0.055, 201), np.linspace(0.108, 0.132, 3)
     values = np.array([position(crank, rod) for crank in cranks for rod in rods])
     lowest, highest = values.min(axis=0), values.max(axis=0)
-    assert band.verdict == "resolved" and band.coverage == 0.9
+    assert band.resolved and band.coverage == 0.9
     # Nine runs fit a polynomial of degree 2, which is off by 0.05 % of the width.
     width = np.mean(highest - lowest)
     np.testing.assert_allclose(band.lower, lowest, rtol=0.0, atol=5e-3 * width)
@@ -122,7 +122,7 @@ def test_the_speed_of_the_drive_may_be_a_parameter():
         expected = crank * np.cos(band.angle) + np.sqrt(0.12**2 - (crank * np.sin(band.angle)) ** 2)
         # Samples lie at most a quarter of a degree apart: a chord would miss the arc by 2e-7 m.
         np.testing.assert_allclose(rows, np.broadcast_to(expected, rows.shape), rtol=0.0, atol=1e-8)
-    assert band.verdict == "resolved"
+    assert band.resolved
     assert result["crank_bearing.angle"].max_width < 1e-8
 
 

@@ -254,7 +254,7 @@ class TestInterval:
             random = np.random.default_rng(repetition)
             points, values = random.uniform(-1.0, 1.0, (41, 2)), random.gumbel(size=(41, 1))
             found = interval_of(points, values, values.mean())
-            assert found.verdict == "sampled" and found.whole_run == 40.0 / 42.0
+            assert not found.resolved and found.whole_run == 40.0 / 42.0
             further = random.gumbel(size=1000)
             inside.append(np.mean((further >= found.lower) & (further <= found.upper)))
         assert np.mean(inside) == pytest.approx(40.0 / 42.0, abs=0.02)
@@ -272,7 +272,7 @@ class TestInterval:
     def test_a_smooth_feature_reaches_its_corners(self):
         points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 3))
         found = interval_of(points, quadratic(points)[:, None], quadratic(np.zeros((1, 3)))[0])
-        assert found.verdict == "resolved"
+        assert found.resolved
         assert found.upper == pytest.approx(2.0 + 1.0 + 0.8 + 0.5, rel=1e-9)
         assert found.lower == pytest.approx(-2.0 - 1.0 + 0.8, rel=1e-9)
         assert found.coverage == 41 / 42  # one further run may be outside
@@ -283,13 +283,13 @@ class TestInterval:
         place = np.linspace(0.12345, 0.4321, parameters)
         values = -np.sum((points - place) ** 2, axis=1)[:, None]
         found = interval_of(points, values, -np.sum(place**2))
-        assert found.verdict == "resolved" and found.upper == pytest.approx(0.0, abs=1e-8)
+        assert found.resolved and found.upper == pytest.approx(0.0, abs=1e-8)
 
     def test_a_limit_of_the_feature_is_one_of_its_interval(self):
         points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 2))
         values = (np.sum(points**2, axis=1) + 0.01 * points[:, 0] ** 3)[:, None]
         free, limited = (interval_of(points, values, 0.0, limits) for limits in (FREE, (0.0, 1.99)))
-        assert free.verdict == "resolved" and free.lower < 0.0 and free.upper > 1.99
+        assert free.resolved and free.lower < 0.0 and free.upper > 1.99
         assert (limited.lower, limited.upper) == (0.0, 1.99)
 
     def test_runs_that_failed_count_as_outside(self):
@@ -302,12 +302,12 @@ class TestInterval:
 
     def test_a_kink_is_not_resolved(self):
         points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 2))
-        assert interval_of(points, kink(points)[:, None], kink(np.zeros((1, 2)))[0]).verdict == "sampled"
+        assert interval_of(points, kink(points)[:, None], kink(np.zeros((1, 2)))[0]).resolved is False
 
     def test_a_polynomial_that_misses_the_nominal_run_is_not_resolved(self):
         points = np.random.default_rng(0).uniform(-1.0, 1.0, (81, 2))
         found = interval_of(points, points[:, :1], 9.0)
-        assert found.verdict == "sampled" and found.upper == 9.0
+        assert not found.resolved and found.upper == 9.0
 
     def test_a_constant_feature(self):
         points = np.random.default_rng(0).uniform(-1.0, 1.0, (41, 2))
@@ -354,7 +354,7 @@ class TestStudy:
         scanned = self.study(wanted, ["slider.x"]).scan(3)
         assert fitted.features.runs.shape == (12, 1, 1) and scanned.features.runs.shape == (9, 1, 1)
         # The mean position grows with both lengths, by a meter each for a meter in the first instants.
-        assert fitted.features["mean"].interval.verdict == "resolved"
+        assert fitted.features["mean"].interval.resolved
         assert fitted.features["mean"].effects.monotone == {"crank_length": "rises", "rod_length": "rises"}
         assert math.isnan(scanned.features["mean"].interval.whole_run)
         with pytest.raises(ValueError):

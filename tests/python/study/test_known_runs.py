@@ -32,7 +32,7 @@ def test_a_resonance_at_the_nominal_is_not_resolved(runs, half_width):
     box = {"ratio": cc.Interval(1 - half_width, 1 + half_width)}
     for seed in range(20):
         band = quiet_band(resonance, box, runs, seed)
-        assert band.verdict != "resolved", seed
+        assert not band.resolved, seed
         assert band.surrogate is None
         with pytest.raises(cc.ChebclearError):
             band.sensitivity("ratio")
@@ -42,7 +42,7 @@ def test_a_resonance_at_the_nominal_is_not_resolved(runs, half_width):
 def test_a_narrow_peak_of_many_parameters_is_not_resolved(runs):
     box = {f"p{number}": cc.Interval(-1.0, 1.0) for number in range(8)}
     for seed in range(5):
-        assert quiet_band(narrow, box, runs, seed).verdict != "resolved", seed
+        assert not quiet_band(narrow, box, runs, seed).resolved, seed
 
 
 def test_an_included_run_that_is_far_from_all_others_counts_as_well():
@@ -50,18 +50,18 @@ def test_an_included_run_that_is_far_from_all_others_counts_as_well():
         return {"t": T, "y": np.full(5, a + 100 * (abs(a - 0.7) < 1e-9))}
 
     study = cc.Study(spike, {"a": cc.Interval(0.0, 1.0)})
-    assert study.band(41)["y"].verdict == "resolved"
+    assert study.band(41)["y"].resolved
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", cc.ChebclearWarning)
         further = cc.Study(spike, {"a": cc.Interval(0.4, 1.0)}).chebyshev(degree=2)
-        assert study.band(41, include=further)["y"].verdict != "resolved"
+        assert not study.band(41, include=further)["y"].resolved
 
 
 def test_a_nominal_run_off_the_middle_is_where_it_is_in_bands_of_a_part_of_the_runs():
     side = cc.Interval(0.0, 1.0, nominal=0.9)
     result = cc.Study(lambda a: {"t": T, "y": np.full(5, a)}, {"a": side}).band(41)
-    assert result["y"].verdict == "resolved" and result.nominal_parameters is None
-    assert result.bands_of_first(20)["y"].verdict == "resolved"
+    assert result["y"].resolved and result.nominal_parameters is None
+    assert result.bands_of_first(20)["y"].resolved
 
 
 @pytest.mark.parametrize("runs", [2, 9, 0.5])

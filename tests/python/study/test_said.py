@@ -119,7 +119,7 @@ class TestNominal:
             return {"t": t, "x": (a + sum(b.values())) ** 2 * (1.0 + t)}
 
         band = cc.Study(model, sides).band(61)["x"]  # three quarters allow the 28 terms too
-        assert band.verdict == "resolved"
+        assert band.resolved
         least, most, n = 1.0, (3.0 + parameters - 1) ** 2, parameters - 1
         share = 1.0 - ((1.25 + n) ** 2 - 1.25**2) / (most - least)
         assert band.interval_share("a") == pytest.approx(share, rel=1e-4)

@@ -5,10 +5,12 @@ import re
 import chebclear as cc
 import numpy as np
 import pytest
+from chebclear.base.units import convert
 from chebclear.execution.batch import jammed
 from chebclear.execution.failures import set_apart
 from chebclear.notices import Notice
 from chebclear.study.polynomials.points import sobol_points
+from chebclear.study.report.answer import main_numbers
 from refusals import refuses
 
 T = np.linspace(0.0, 1.0, 60)
@@ -34,13 +36,14 @@ def test_a_line_an_output_and_what_to_do_next(study):
     text = str(result)
     head, first, second = text.splitlines()[:3]
     assert head.startswith("band: 2 parameters, 41 runs and the nominal one, ")
-    assert (first, second) == ("  a: 0.9 to 1.1", "  b: 1.8 to 2.2")
-    # Width 0.2 t + 0.4 at t = 1.
-    assert row(text, "x")[1:5] == ["0.6", "resolved", "97.61", "%"]
-    assert row(text, "noise")[2] in ("estimated", "undersampled")
-    assert "top: 0.9 to 1.1 (resolved)" in text
+    assert (first, second) == ("  a: 1 ±0.1", "  b: 2 ±0.2")
+    # From -2.2 to 1.1 - 1.8, nominally from -2 to -1; width 0.2 t + 0.4 at t = 1; 41 runs and one miss.
+    told = "-2.00 .. -1.00 -2.20 -0.70 0.600 95 of 100 97 of 100 ✓ estimated"
+    assert " ".join(row(text, "x")[1:]) == told
+    assert row(text, "noise")[-1] in ("estimated", "runs")
+    assert " ".join(row(text, "top")[1:]) == "1.00 0.90 1.10 0.200 97 of 100 - ✓ estimated"
     assert "next: 41 more runs would narrow noise" in text
-    assert "next: a check simulates the predicted worst cases of x" in text
+    assert "next: result.check() simulates the predicted worst cases of x" in text
     assert 'next: ranking("top")' in text
     assert result.seconds > 0.0 and result.extend(2).seconds > result.seconds
 
@@ -52,8 +55,10 @@ def test_predicted_worst_cases_are_simulated(study, tmp_path):
     assert highest.predicted == pytest.approx(-0.7) and highest.simulated == pytest.approx(-0.7)
     assert (lowest.time, lowest.simulated) == (0.0, pytest.approx(-2.2))
     assert "predicted -0.7, simulated -0.7" in str(highest)
-    assert "(there)" in row(str(result), "x")[-1]
-    assert "a check simulates" not in str(result)
+    assert "x is highest at t = 1.00 s with a = 1.1, b = 1.8: predicted -0.700, simulated -0.700" in str(
+        result
+    )
+    assert "check()" not in str(result)
     assert "(kind band) bound noise" in str(result)
     assert cc.results.StudyResult.load(result.save(tmp_path / "checked")) == result
     with pytest.raises(cc.errors.ArgumentError):
@@ -69,12 +74,11 @@ def test_a_peak_that_was_asked_for_is_that_of_the_motion():
     asked = cc.Study(cc.mechanisms.slider_crank, sides, ["wrist.normal_force"], features=features, **options)
     result = asked.sample(6)
     reach = result.features["peak force"].interval
-    assert f"{reach.lower:.5g} to {reach.upper:.5g}" in str(result)
     assert reach.upper > result.values("wrist.normal_force").max(), "samples miss the peak"
-    assert (
-        "Peaks of a run between the samples too, from its features: wrist.normal_force (peak force);"
-        in str(result)
-    )
+    # One number for one question: the largest force is that of the feature.
+    (table,) = main_numbers(result)
+    of_feature, of_output = (convert(str(cells[3]), "N") for cells in table.rows)
+    assert of_feature == pytest.approx(reach.upper, rel=5e-3) == of_output
 
 
 @pytest.mark.filterwarnings("ignore::chebclear.ChebclearWarning")
@@ -85,7 +89,7 @@ def test_warnings_and_failures_are_told_with_the_result():
         return {"t": T, "x": a * T}
 
     text = str(cc.Study(partly, {"a": cc.Interval.around(1.0, rel=0.1)}).band(20))
-    assert "\nwarning: failed: " in text and "\nwarning: undersampled: " in text
+    assert "\nwarning: failed: " in text and "\nwarning: too few runs: " in text
     told = re.search(
         r"next: a box in which all runs succeed: 5 of 21 failed, with a from ([\d.]+) to ([\d.]+),", text
     )
@@ -153,7 +157,7 @@ def test_quantiles_say_where_a_normal_distribution_ends():
     box = {"a": cc.normal(1.0, 0.05), "b": cc.Interval(1.8, 2.2)}
     study = cc.Study(model, box, outputs=["x"])
     result = study.chebyshev(degree=2)
-    assert "a: 0.85 to 1.15 (normal, taken as an interval)" in str(result)
+    assert "a: 1 ±0.15 (normal, taken as an interval)" in str(result)
     likely = result["x"].quantiles(study.random, probability=0.9)
     assert likely.statement.endswith("independent; values of a beyond the interval count as outside.")
     # The intervals hold three standard deviations, 0.9973.

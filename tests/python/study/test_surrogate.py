@@ -35,7 +35,7 @@ def band_of(surrogate, t):
     runs = surrogate.evaluate(dict(zip(surrogate.intervals, points.T, strict=True)))
     return cc.results.Band(
         "output", t, lower, upper, runs.mean(axis=0), (runs.min(axis=0), runs.max(axis=0)),
-        surrogate.intervals, points, runs, surrogate, "resolved", cc.results.Margin("polynomial"),
+        surrogate.intervals, points, runs, surrogate, "estimated", True, cc.results.Margin("polynomial"),
     )  # fmt: skip
 
 

@@ -44,13 +44,14 @@ def verdict(function, degree, box, nodes=None):
 def band_of(function, degree):
     surrogate, nodes, runs, nominal = fitted(function, degree, PLANE)
     width = float(np.ptp(runs, axis=0).mean())
-    word, margin = judged(surrogate, nodes, runs, nominal[None], middle_of(PLANE), width)
+    resolved, margin = judged(surrogate, nodes, runs, nominal[None], middle_of(PLANE), width)
     lower, upper = surrogate.bounds()
     t = np.arange(float(runs.shape[1]))
     hull = runs.min(axis=0), runs.max(axis=0)
     points = chebyshev_grid(list(PLANE.values()), nodes)
     return cc.results.Band(
-        "output", t, lower, upper, nominal, hull, PLANE, points, runs, surrogate, word, margin
+        "output", t, lower, upper, nominal, hull, PLANE, points, runs, surrogate,
+        "estimated" if resolved else "unknown", resolved, margin
     )  # fmt: skip
 
 
@@ -58,11 +59,11 @@ def band_of(function, degree):
 @pytest.mark.parametrize("place", [0.3, 0.0, -0.55, 0.7])
 def test_a_kink_is_never_resolved(degree, place):
     line = {"a": cc.Interval(0.0, 1.0)}
-    assert verdict(lambda z: np.abs(z - place), degree, line)[0] == "not resolved"
+    assert verdict(lambda z: np.abs(z - place), degree, line)[0] is False
     # Another parameter that only adds to it must not hide the kink from the runs that are left out.
-    assert verdict(lambda z: np.abs(z[:, :1] - place) + 0.02 * z[:, 1:], degree, PLANE)[0] == "not resolved"
+    assert verdict(lambda z: np.abs(z[:, :1] - place) + 0.02 * z[:, 1:], degree, PLANE)[0] is False
     if place == 0.3 and degree > 1:  # least squares
-        assert verdict(lambda z: np.abs(z - place), degree, line, nodes=degree + 3)[0] == "not resolved"
+        assert verdict(lambda z: np.abs(z - place), degree, line, nodes=degree + 3)[0] is False
 
 
 @pytest.mark.parametrize(
@@ -80,7 +81,7 @@ def test_smooth_responses_are_resolved_with_an_error_that_is_not_too_small(funct
         return function(z[:, :1]) * (1.0 + 0.1 * z[:, 1:])
 
     surrogate, nodes, runs, nominal = fitted(plane, degree, PLANE)
-    assert verdict(plane, degree, PLANE)[0] == "resolved"
+    assert verdict(plane, degree, PLANE)[0] is True
     z = np.stack(np.meshgrid(np.linspace(-1, 1, 41), [-1.0, 0.2, 1.0]), axis=-1).reshape(-1, 2)
     values = surrogate.evaluate({name: MIDDLE[name] + HALF[name] * z[:, i] for i, name in enumerate(PLANE)})
     worst = np.abs(values - plane(z)).max()
@@ -91,7 +92,7 @@ def test_bounds_range_is_the_default_and_never_wider_than_equation_31():
     build, box = cc.mechanisms.slider_crank, {"rod_length": cc.Interval.around(0.12, rel=0.1)}
     study = cc.Study(build, box, ["slider.x"], duration=0.01, samples=41, fixed={"clearance_at": ()})
     result, paper = study.chebyshev(4), study.chebyshev(4, bounds="eq31")
-    assert (result.bounds, paper.bounds) == ("range", "eq31") and result["slider.x"].verdict == "resolved"
+    assert (result.bounds, paper.bounds) == ("range", "eq31") and result["slider.x"].resolved
     band, wide = result["slider.x"], paper["slider.x"]
     assert np.all(band.lower >= wide.lower - 1e-12) and np.all(band.upper <= wide.upper + 1e-12)
     assert band.max_width < wide.max_width
@@ -109,8 +110,8 @@ def test_the_toggle_press_is_not_resolved():
         result = study.chebyshev(degree=2)
     (doubt,) = (notice for notice in result.notices if notice.code == "not_resolved")
     assert doubt.about == ("knee.normal_force",)
-    assert result["ram.y"].verdict == "resolved"
-    assert result["knee.normal_force"].verdict == "not resolved"
+    assert result["ram.y"].resolved
+    assert not result["knee.normal_force"].resolved
     for ask in (
         lambda band: band.worst("upper"),
         lambda band: band.sensitivity("upper_length"),
@@ -195,7 +196,8 @@ def test_restraint_zones_are_where_the_sensitivity_is_calm():
         hull = -np.abs(slope), np.abs(slope)
         empty = np.empty((0, 1)), np.empty((0, len(t)))
         return cc.results.Band(
-            "v", t, *hull, 0.0 * t, hull, box, *empty, surrogate, "resolved", cc.results.Margin("polynomial")
+            "v", t, *hull, 0.0 * t, hull, box, *empty, surrogate,
+            "estimated", True, cc.results.Margin("polynomial")
         )  # fmt: skip
 
     # The clearance adds ripples of 50 Hz, 1 high outside and 0.2 high within [0.3, 0.6] s.
@@ -276,7 +278,7 @@ def test_a_parameter_whose_effect_is_below_the_error_has_no_certain_slope():
 
     study = cc.Study(model, {"a": cc.Interval(0.0, 1.0), "b": cc.Interval(-1.0, 1.0)})
     band = study.band(41)["y"]
-    assert band.verdict == "resolved" and np.all(band.monotone("a") == 1)
+    assert band.resolved and np.all(band.monotone("a") == 1)
     for ask in (band.sensitivity, band.sensitivity_range, band.monotone):
         with pytest.warns(cc.ChebclearWarning):
             found = ask("b")
@@ -331,12 +333,12 @@ def test_without_freedom_left_by_failed_runs_nothing_is_resolved():
         for degree, least in ((2, 1.0), (1, np.inf)):
             result = cc.Study(failing(function, 0.5), box).chebyshev(degree=degree)
             assert codes(result) == {"failed", "not_resolved", "holes"}
-            assert result["y"].verdict == "not resolved" and result["y"].margin.error >= least
+            assert not result["y"].resolved and result["y"].margin.error >= least
     # Five of seven nodes leave the quadratic term and its check, but a part of the box without a run.
-    for limit, nodes, verdict in ((0.7, 7, "not resolved"), (0.997, 30, "resolved")):
+    for limit, nodes, resolved in ((0.7, 7, False), (0.997, 30, True)):
         result = cc.Study(failing(np.square, limit), box).chebyshev(degree=6, nodes=nodes)
         assert codes(result) - {"not_resolved"} == {"failed", "holes"}
-        assert result["y"].verdict == verdict and result["y"].margin.error <= 1e-12
+        assert result["y"].resolved is resolved and result["y"].margin.error <= 1e-12
 
 
 @pytest.mark.parametrize(
@@ -376,7 +378,7 @@ def test_instants_at_which_a_resolved_polynomial_is_wrong_are_told():
 
     study = cc.Study(pulse, {"x": cc.Interval(-1.0, 1.0)})
     for band in (study.band(81)["y"], study.chebyshev(degree=3)["y"]):
-        assert band.verdict == "resolved"
+        assert band.resolved
         for ask in (lambda band=band: band.sensitivity("x"), lambda band=band: band.worst("lower")):
             with pytest.warns(cc.ChebclearWarning):
                 ask()
@@ -402,7 +404,7 @@ def test_wrong_shapes_and_missing_tensors_are_typed():
     t = np.linspace(0.0, 1.0, 3)
     box = {f"p{k}": cc.Interval(-1.0, 1.0) for k in range(8)}
     band = cc.Study(lambda **p: {"t": t, "y": np.full(3, np.exp(0.05 * sum(p.values())))}, box).band(161)["y"]
-    assert band.verdict == "resolved"
+    assert band.resolved
     for ask in (band.variance_shares, lambda: band.quantiles({"p0": cc.uniform(-1.0, 1.0)})):
         with pytest.raises(cc.errors.ArgumentError):
             ask()
@@ -421,7 +423,7 @@ def test_an_exact_polynomial_holds_in_corners_that_no_run_is_near():
         box = {f"p{k}": cc.Interval(-1.0, 1.0) for k in range(count)}
         study = cc.Study(lambda **p: {"t": t, "y": (1.0 + t) * sum(x * x for x in p.values())}, box)
         band = study.band(runs)["y"]
-        assert band.verdict == "resolved"
+        assert band.resolved
         np.testing.assert_allclose(band.lower, 0.0, atol=1e-9)
         np.testing.assert_allclose(band.upper, count * (1.0 + t), rtol=1e-6)
 
@@ -452,4 +454,4 @@ def test_tables_whose_nominal_run_is_elsewhere_are_not_doubted():
         warnings.simplefilter("error")
         band = cc.Study(quadratic, narrow).band(81)["x"]
         band.worst("upper")
-    assert band.verdict == "resolved"
+    assert band.resolved

@@ -31,8 +31,8 @@ def run(options: argparse.Namespace) -> None:
     if options.out is not None:
         with complete_folder(options.out) as folder:
             result.save(folder / "run.npz")
-            write_table(extremes, folder, "extremes")
-            write_table(contacts, folder, "contacts")
+            write_table(extremes, folder, "extremes", template.written)
+            write_table(contacts, folder, "contacts", template.written)
             result.to_csv(folder / "run.csv")
             _draw(result, folder)
             result.report(folder / "report.html", title=template.title or None)
@@ -48,8 +48,8 @@ def run(options: argparse.Namespace) -> None:
         )
         return
     print(f"{result.message}; {result.stats.steps} steps", end="\n\n")
-    print(table_text(extremes))
-    print(f"\n{table_text(contacts)}\n" if contacts else "")
+    print(table_text(extremes, template.written))
+    print(f"\n{table_text(contacts, template.written)}\n" if contacts else "")
     if options.out is not None:
         print(f"wrote    {options.out / 'report.html'} and more beside it")
     hint(options, "chebclear study FILE --out results" if template.intervals else "chebclear tradeoff FILE")

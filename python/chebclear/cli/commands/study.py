@@ -88,7 +88,7 @@ def carry_out(
     if options.plan:
         return 0
     result: StudyResult = getattr(made, method)(**given)
-    followed = any(band.verdict == "resolved" and band.surrogate is not None for band in result.values())
+    followed = any(band.resolved and band.surrogate for band in result.values())
     check = getattr(options, "check", False)
     if check and not followed:
         print("warning: no output is resolved by a polynomial: --check finds no worst case", file=sys.stderr)
@@ -117,8 +117,8 @@ COMMANDS = {
     "study": Command(
         study,
         "Simulate a scene at many points of its parameters' intervals and print, for every output, how far "
-        "it reaches, with a verdict on how far that can be trusted: band, the hull of as many independent "
-        "runs as it takes or, of fewer, widened by what runs that took no part exceed it by; chebyshev, the "
+        "it reaches and how sure that is: band, the extremes of as many independent runs as it takes or, of "
+        "fewer, widened by what runs that took no part exceed them by; chebyshev, the "
         "paper's polynomials; sample, the extremes of random runs. Of a file with a table [requirements] the "
         "share in specification comes first, from as many mechanisms again, drawn from the distributions, or "
         "from the runs themselves if these are such draws.",
@@ -159,8 +159,8 @@ COMMANDS = {
             Option(
                 "--require",
                 list(DEMANDS),
-                "exit with 3 if the verdict on an output is worse; estimated accepts certified, and "
-                "resolved where the runs show the coverage",
+                "exit with 3 if an output is less sure; estimated accepts proved, and wants the "
+                "coverage to be shown",
             ),
             Option(
                 "--measured",

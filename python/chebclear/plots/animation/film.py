@@ -81,7 +81,7 @@ def outputs_film(run: Trajectory, names: Sequence[str]) -> Film:
     """Outputs of a run over time, with the mechanism if the run has the positions of its bodies."""
     frames = evenly(int(np.sum(run.t <= run.end_time)), MOST_FRAMES)
     x, label = time_axis(run.t)
-    charts = [chart(name, column_unit(name), x, run[name]) for name in names]
+    charts = [chart(name, column_unit(name), x, run[name], written=run.written) for name in names]
     words, panels = mechanism_words(run.scene), []
     if set(pose_columns(run.scene)) <= set(run.columns):
         panels = [mechanism_panel(moving_mechanism(run.scene, simulated_poses(run)[frames]), words)]

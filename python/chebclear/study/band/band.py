@@ -23,7 +23,8 @@ from ...scene.scene import Interval
 from ..polynomials.sensitivity import VarianceShares, variance_shares
 from ..polynomials.surrogate import Surrogate
 from .hybrid import QuantileBand, quantile_bounds
-from .margin import Margin, Verdict, doubt_of, effect_doubt, far_off, slope_doubt
+from .margin import Margin, doubt_of, effect_doubt, far_off, slope_doubt
+from .sure import Flag, HowSure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,7 +40,7 @@ class Band(records.ArrayRecord):
 
     From `Study.band`, `lower` and `upper` were widened by what held-out runs exceed the hull by. In a
     Chebyshev study they bound the fitted polynomial, by its certified range or by the wider Eq. (31), and
-    the response only if the polynomial follows it, which `verdict` says. In a scan they are the
+    the response only if the polynomial follows it, which `resolved` says. In a scan they are the
     smallest and largest values of the runs, an inner bound: the response may exceed them between the runs.
 
     Attributes
@@ -68,13 +69,11 @@ class Band(records.ArrayRecord):
         revolution, those of the nominal run last.
     surrogate : Surrogate | None
         The polynomial behind the bounds; None without one.
-    verdict : Verdict
-        ``"resolved"``: a polynomial follows the runs that it was not fitted to, so that its sensitivities and
-        worst cases are those of the response as far as so many runs tell. ``"not resolved"``: it does not, or
-        that is unknown. ``"estimated"``: runs that were left out show the coverage that was asked for; there
-        are no derivatives with respect to the parameters. ``"certified"``: its mean coverage is proved.
-        ``"undersampled"``: there are too few runs to show the coverage that was asked for, or none in a part
-        of the box. ``"sampled"``: the extremes of the runs, an inner bound.
+    verdict : Flag
+        How sure it is, in one of four words: the flag of `sure`.
+    resolved : bool
+        Whether a polynomial follows the runs that it was not made from, so that its sensitivities and worst
+        cases are those of the response as far as so many runs tell.
     margin : Margin
         Method and margin of the band.
     coverage : float
@@ -97,6 +96,8 @@ class Band(records.ArrayRecord):
         Unit of the output; empty if it is not known.
     parameter_units : dict[str, str]
         Units of the parameters, as far as they are known.
+    written : tuple[str, ...]
+        Units that the user wrote, in which plots and reports show it.
     """
 
     name: str
@@ -109,7 +110,8 @@ class Band(records.ArrayRecord):
     parameters: Array
     runs: Array
     surrogate: Surrogate | None
-    verdict: Verdict
+    verdict: Flag
+    resolved: bool
     margin: Margin
     coverage: float = math.nan
     tolerated: float = math.nan
@@ -117,6 +119,7 @@ class Band(records.ArrayRecord):
     angle: Array | None = field(default=None, metadata=unit("rad"))
     unit: str = ""
     parameter_units: dict[str, str] = field(default_factory=dict)
+    written: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         return f"<Band of {self.name}: {len(self.t)} samples, largest width {self.max_width:.6g}>"
@@ -125,6 +128,15 @@ class Band(records.ArrayRecord):
         from ...plots.bands import band_picture
 
         return html.fragment(f"{repr(self)[1:-1]}, {self.verdict}", [band_picture(self)])
+
+    @property
+    def sure(self) -> HowSure:
+        """How sure the band is; ``str`` says it in a sentence."""
+        runs = len(self.runs)
+        if self.angle is not None:  # a row for each revolution
+            runs = int(np.count_nonzero(np.any(np.diff(self.parameters, axis=0) != 0.0, axis=1)))
+        error = self.margin.error if self.resolved else math.nan
+        return HowSure(self.verdict, self.whole_run, self.coverage, error, runs)
 
     @property
     def width(self) -> Array:
@@ -169,7 +181,7 @@ class Band(records.ArrayRecord):
     ) -> Array:
         """Derivative of the fitted polynomial with respect to one parameter, Eqs. (32) and (33).
 
-        If the verdict is ``"not resolved"``, or the effect of the parameter is below the error of the
+        If the band is not `resolved`, or the effect of the parameter is below the error of the
         polynomial, it is not the derivative of the response, and a warning says so; another one if slopes
         away from the midpoint are uncertain.
 
@@ -213,7 +225,7 @@ class Band(records.ArrayRecord):
     def sensitivity_range(self, parameter: str, *, threads: int | None = None) -> tuple[Array, Array]:
         """Certified range of the derivative of the polynomial with respect to one parameter over the box.
 
-        It is not that of the response if the verdict is ``"not resolved"``, the effect of the parameter is
+        It is not that of the response if the band is not `resolved`, the effect of the parameter is
         below the error of the polynomial, or the degree is high for that error; a warning says so.
 
         Parameters
@@ -333,8 +345,8 @@ class Band(records.ArrayRecord):
     def worst(self, side: Literal["lower", "upper"], *, threads: int | None = None) -> dict[str, Array]:
         """Parameters at which the output is largest or smallest, for every instant.
 
-        In a Chebyshev study the point where the polynomial attains the end of its range; if the verdict is
-        ``"not resolved"`` that is not the worst case of the response, and a warning says so. In a scan, the
+        In a Chebyshev study the point where the polynomial attains the end of its range; if the band is
+        not `resolved` that is not the worst case of the response, and a warning says so. In a scan, the
         run that attains the bound.
 
         Parameters
@@ -414,8 +426,8 @@ class Band(records.ArrayRecord):
 
     def _doubt(self, what: str) -> None:
         """Warn where the polynomial is not the response."""
-        off = self._off if self.verdict == "resolved" else None
-        if doubt := doubt_of(self.name, self.verdict, what, self.t, off):
+        off = self._off if self.resolved else None
+        if doubt := doubt_of(self.name, what, self.t, off):
             warn(doubt)
 
     @cached_property
@@ -434,12 +446,12 @@ class Band(records.ArrayRecord):
     def _doubt_effect(self, parameter: str, lower: Array, upper: Array) -> None:
         """Warn if the largest slopes change the output over the interval by less than its error."""
         change = np.maximum(-lower, upper) * (2.0 * self.intervals[parameter].half_width)
-        if self.verdict == "resolved" and float(np.mean(change)) < float(np.mean(self._error)):
+        if self.resolved and float(np.mean(change)) < float(np.mean(self._error)):
             warn(effect_doubt(self.name, parameter))
 
     def _doubt_slopes(self) -> None:
         """Warn if slopes away from the middle of the box are uncertain."""
-        if self.verdict == "resolved" and (doubt := slope_doubt(self.name, self.margin)):
+        if self.resolved and (doubt := slope_doubt(self.name, self.margin)):
             warn(doubt)
 
     def _polynomial(self) -> Surrogate:

@@ -18,7 +18,7 @@ from ..polynomials.points import nominal_point
 from ..polynomials.surrogate import BoundKind, Surrogate, time_blocks
 from ..sources.run_table import ROUNDING, RunTable
 from .band import Band
-from .margin import RESOLVED, Margin, Verdict
+from .margin import RESOLVED, Margin
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def grid_bands(
     for index, name in enumerate(runs.outputs):
         own, hull = values[:-1, :, index], (lowest[:, index], highest[:, index])
         surrogate: Surrogate | None = None
-        verdict: Verdict = "sampled"
+        resolved = False
         margin = Margin("runs")
         if degrees is None:
             assert inner is not None, "without degrees"
@@ -81,7 +81,7 @@ def grid_bands(
             lower, upper = (np.clip(end, *limits[name]) for end in surrogate.bounds(grid.bounds, threads))
             width = float(np.mean(hull[1] - hull[0]))
             others = values[count:, :, index]
-            verdict, margin = judged(surrogate, nodes, fitted, others, places, width, holes, unknown)
+            resolved, margin = judged(surrogate, nodes, fitted, others, places, width, holes, unknown)
         bands[name] = Band(
             name=name,
             t=runs.t,
@@ -93,7 +93,8 @@ def grid_bands(
             parameters=parameters,
             runs=own,
             surrogate=surrogate,
-            verdict=verdict,
+            verdict="estimated" if resolved else "unknown",
+            resolved=resolved,
             margin=margin,
         )
     return bands
@@ -108,11 +109,12 @@ def judged(
     width: float,
     holes: HoleFit | None = None,
     unknown: float = 0.0,
-) -> tuple[Verdict, Margin]:
-    """Verdict on a polynomial and its margin, from the runs of its grid, the others, and their mean width.
+) -> tuple[bool, Margin]:
+    """Whether a polynomial follows the response, and its margin.
 
-    What is `unknown` of the box, a share of the runs, counts like what is not known of the width. Of runs in
-    `holes` the error is assumed to be larger by the condition number of the least squares.
+    It is judged by the runs of its grid, the others, and their mean width. What is `unknown` of the box, a
+    share of the runs, counts like what is not known of the width. Of runs in `holes` the error is assumed to
+    be larger by the condition number of the least squares.
     """
     errors = fit_error(surrogate, nodes, grid, others, at)
     if holes is not None:
@@ -122,8 +124,7 @@ def judged(
     # Rounding errors of the runs must not count for a constant output.
     noise = ROUNDING * float(max(np.max(grid, initial=0.0), -np.min(grid, initial=0.0)))
     error = 0.0 if miss <= noise else miss / width if width > 0.0 else math.inf
-    verdict: Verdict = "resolved" if max(error, unknown) <= RESOLVED else "not resolved"
-    return verdict, Margin("polynomial", degree=max(surrogate.degrees), error=error)
+    return max(error, unknown) <= RESOLVED, Margin("polynomial", degree=max(surrogate.degrees), error=error)
 
 
 def fit_error(surrogate: Surrogate, nodes: Sequence[int], grid: Array, others: Array, at: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Verdict on a band, the method that made it, and the margin by which it exceeds its runs."""
+"""How a band was made, the margin by which it exceeds its runs, and doubts about its polynomial."""
 
 from __future__ import annotations
 
@@ -15,9 +15,8 @@ from ..polynomials.points import SAME_POINT, on_cube
 from ..polynomials.surrogate import Surrogate, chebyshev_grid, time_blocks
 
 Method = Literal["polynomial", "envelope", "runs"]
-Verdict = Literal["resolved", "not resolved", "estimated", "certified", "undersampled", "sampled"]
 
-# Largest error of a polynomial whose band is "resolved", over the width of the hull of the runs. Of 150
+# Largest error of a polynomial that resolves an output, over the width of the runs. Of 150
 # features (five functions, 12 to 161 runs) 53 are resolved, 14 of which go beyond the range stated, near a
 # pole by up to 27 %; with half of it 44 and 8, with twice 66 and 19.
 RESOLVED = 0.05
@@ -110,18 +109,14 @@ def _on_grid(surrogate: Surrogate, nodes: list[int], points: Array) -> bool:
     return bool(np.max(np.abs(own - wanted)) < SAME_POINT)
 
 
-def doubt_of(name: str, verdict: Verdict, what: str, t: Array, off: Array | None) -> str:
+def doubt_of(name: str, what: str, t: Array, off: Array | None) -> str:
     """Warning that a polynomial is not the response, at the instants where it is `far_off` or, without these,
     at all; empty if it is."""
-    if off is None and verdict == "undersampled":
-        return (
-            f"{name} is undersampled: runs failed, or a polynomial of three quarters of them does not follow "
-            f"the others, so that {what} of it may be where the response is not known"
-        )
     if off is None:
         return (
-            f"{name} is not resolved: {what} of its polynomial is not that of the response. Use features of "
-            "the runs, or bands of all runs (kind band), instead"
+            f"{name} is not resolved: runs failed, or its polynomial does not predict runs that it was not "
+            f"made from, so that {what} of it is not that of the response. Use features of the runs, or "
+            "bands of all runs (kind band), instead"
         )
     if not off.any():
         return ""

@@ -7,50 +7,49 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ...base.shown import of_many
 from ...notices import Notice
 from ...run.features import settling_time
 from ...scene.scene import Scene
 from ..polynomials.holes import HoleFit
 from ..polynomials.points import on_cube, unfilled
 from .band import Band
-from .margin import RESOLVED, percent
+from .margin import RESOLVED
 from .requirement import Requirement, exact_runs
 
-UNDERSAMPLED, SETTLING = "undersampled", "settling"
+TOO_FEW, SETTLING = "too_few_runs", "settling"
 """Codes of the notices of bands of too few runs, and of those that are widest in the starting transient."""
 
 
 def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[Notice]:
-    """Notices of the bands that are undersampled."""
-    short = [name for name, band in bands.items() if band.verdict == "undersampled"]
+    """Notices of the bands of too few runs."""
+    short = [name for name, band in bands.items() if band.verdict == "too few runs"]
     if not short:
         return []
     runs, failed = requirement.runs, requirement.failed
-    names, wanted = ", ".join(short), f"{100.0 * requirement.coverage:.10g} %"
-    asked = f"{wanted} of the samples"
+    names, share = ", ".join(short), f"{100.0 * requirement.coverage:.10g} %"
+    wanted = f"{share} inside at any one instant"
 
     def told(about: list[str], text: str, **numbers: float) -> Notice:
-        return Notice(UNDERSAMPLED, f"undersampled: {text}", tuple(about), numbers)
+        return Notice(TOO_FEW, f"too few runs: {text}", tuple(about), numbers)
 
     if requirement.succeeded < requirement.coverage:
-        text = (
-            f"{failed} of {runs + failed} runs failed and count as outside, so that {asked} of a further run"
-        )
-        return [told(short, f"{text} cannot be promised for {names}", failed=failed)]
+        text = f"{failed} of {runs + failed} runs failed and count as outside, which {wanted} does not allow"
+        return [told(short, text, failed=failed)]
     if requirement.independent:
         needed = exact_runs(requirement.coverage, requirement.confidence)
-        text = f"the hull of {runs} independent runs does not prove that {asked} of a further run are in the"
-        return [told(short, f"{text} band of {names}, {needed} do", needed=needed)]
+        text = f"{runs} runs do not prove {wanted} for {names}, {needed} do"
+        return [told(short, text, needed=needed)]
     band = bands[short[0]]
     if requirement.finished and unfilled(on_cube(band.intervals, band.parameters[:runs])):
-        text = f"the table has no runs in a part of the box, so that {asked} of a further run cannot be"
-        return [told(short, f"{text} verified for {names}")]
+        text = f"the table has no runs in a part of the box, so that nothing is known of {names} there"
+        return [told(short, text)]
     worst = min(bands[name].coverage for name in short)
     # What a further run may be outside for stays, the share of the others falls about as one over the runs.
     needed = math.ceil((runs + failed + 1) * (1.0 - worst) / (1.0 - requirement.coverage)) - 1
     text = (
-        f"{runs} runs show that {percent(worst)} of the samples of a further run are in the band of "
-        f"{names}, {wanted} were required; about {needed} would show it"
+        f"{runs} runs show that {of_many(worst)} further mechanisms are in the band of {names} at any one "
+        f"instant, {share} were required; about {needed} runs would show it"
     )
     return [told(short, text, needed=needed, coverage=worst)]
 
@@ -91,7 +90,7 @@ def doubts(bands: Mapping[str, Band]) -> list[Notice]:
     lost = {
         name: band.margin.error
         for name, band in bands.items()
-        if band.surrogate is not None and band.verdict == "not resolved"
+        if band.surrogate is not None and not band.resolved
     }
     unseen = [name for name, error in lost.items() if error <= RESOLVED]
     found = []
@@ -109,9 +108,9 @@ def doubts(bands: Mapping[str, Band]) -> list[Notice]:
     size = f"is {most} %" if least == most else f"is {least} to {most} %"
     told = f"{size} of the width of the band" if math.isfinite(max(errors)) else "cannot be told from so few"
     text = (
-        f"not resolved: {', '.join(others)}: the error of the polynomial at left-out runs {told}. The "
-        "response may leave its bounds, and neither worst case nor sensitivity is that of the response. A "
-        "higher degree helps where the response is smooth; where impacts scatter, "
+        f"not resolved: {', '.join(others)}: the error of the polynomial at runs that it was not made from "
+        f"{told}. The response may leave its bounds, and neither worst case nor sensitivity is that of the "
+        "response. A higher degree helps where the response is smooth; where impacts scatter, "
         "use bands of all runs (kind band) and features instead"
     )
     return [*found, Notice("not_resolved", text, others, {"error": 0.01 * max(errors)})]

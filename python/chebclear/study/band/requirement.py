@@ -10,12 +10,14 @@ from typing import TYPE_CHECKING
 from ... import _core
 from ...base.named import ReadOnlyDict
 from ...base.rows import Array
+from ...base.shown import of_many
 from ...errors import ArgumentError
 from ...execution.memory import Usage
 from ..polynomials.points import random_points, sobol_points
 from .exact import binomial_cdf
-from .margin import RESOLVED, Margin, Verdict, percent
+from .margin import RESOLVED, Margin
 from .revolutions import Revolutions
+from .sure import Flag
 
 if TYPE_CHECKING:
     from ..spec import StudySpec
@@ -92,15 +94,20 @@ class Requirement:
             outside = 2.0 if margin.degree is None else min(2.0, outside)
         return max(0.0, 1.0 - (outside + self.failed) / (self.runs + self.failed + 1))
 
-    def verdict(self, margin: Margin, shown: float) -> Verdict:
-        """Verdict on a band of this margin, and of this share of further runs that is shown to be inside."""
+    def resolves(self, margin: Margin) -> bool:
+        """Whether the polynomial of a band of this margin follows the runs that it was not made from."""
+        return (
+            self.succeeded >= self.coverage and margin.degree is not None and margin.check_error <= RESOLVED
+        )
+
+    def flag(self, margin: Margin, shown: float) -> Flag:
+        """How sure a band of this margin is, with this share of further runs that is shown to be inside."""
         if self.succeeded < self.coverage:
-            return "undersampled"
-        if margin.degree is not None and margin.check_error <= RESOLVED:
-            return "resolved"
-        if self.independent:
-            return "certified" if self.runs >= exact_runs(self.coverage, self.confidence) else "undersampled"
-        return "estimated" if shown >= self.coverage else "undersampled"
+            return "too few runs"
+        if self.independent and self.runs >= exact_runs(self.coverage, self.confidence):
+            return "proved"
+        known = self.resolves(margin) or (shown >= self.coverage and not self.independent)
+        return "estimated" if known else "too few runs"
 
 
 def band_usage(runs: int, parameters: int) -> Usage:
@@ -150,31 +157,31 @@ def tolerated_share(runs: int, confidence: float = 0.95, failed: int = 0, ends: 
 
 
 def statement(requirement: Requirement) -> str:
-    """The coverage that a study estimates or proves, in words."""
+    """What the runs of a study show or prove, in words."""
     runs, share = requirement.runs, f"{100.0 * requirement.coverage:.10g} %"
     if requirement.independent:
         text = (
-            f"Bands hold the hull of {runs} independent runs: {percent(mean_share(runs))} of the samples of "
-            "a further run are inside on average, whatever the mechanism, if parameters are drawn "
-            "independently and uniformly from the box."
+            f"The bounds at an instant are the extremes of {runs} mechanisms, drawn independently and "
+            f"uniformly from the intervals: {of_many(mean_share(runs))} further ones are inside there on "
+            "average, whatever the mechanism."
         )
         if requirement.confidence is not None:
-            held = percent(tolerated_share(runs, requirement.confidence))
+            held = of_many(tolerated_share(runs, requirement.confidence))
             confidence = f"{100.0 * requirement.confidence:.10g} %"
-            text += f" With {confidence} confidence the bounds at an instant hold {held} of all mechanisms."
+            text += f" With {confidence} confidence they hold {held} mechanisms."
     else:
         given = "given, taken as " if requirement.finished else ""
         text = (
-            f"Bands are made for {share} of the samples of a further run, from {runs} runs {given}spread "
-            "evenly over the box. What is inside is estimated from runs that are left out: a further run may "
-            "be outside for as long as these were, or for all of its time where a polynomial follows them."
+            f"The bounds are made so that at any one instant {share} of further mechanisms are inside, from "
+            f"{runs} runs {given}spread evenly over the intervals. How many are inside is estimated: each "
+            "run is compared with bounds that were made without it."
         )
         if not requirement.finished:
             held, one = (
-                percent(tolerated_share(runs, failed=requirement.failed, ends=ends)) for ends in (2, 1)
+                of_many(tolerated_share(runs, failed=requirement.failed, ends=ends)) for ends in (2, 1)
             )
             text += (
-                f" So many independent runs prove that {held} of all mechanisms are inside at any one "
+                f" As many independent runs prove that {held} mechanisms are inside at any one "
                 f"instant, and {one} on the inner side of one bound, with 95 % confidence; "
                 f"{exact_runs(requirement.coverage)} prove {share} on average."
             )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -12,9 +11,9 @@ from numpy.typing import ArrayLike
 
 from ...base import files as records
 from ...base.named import Named
+from ...base.prefixes import Form
 from ...base.rows import Array
 from ...base.shown import listed, meant_or_known
-from ...base.tables import format_ends
 from ...errors import ArgumentError, UnknownNameError, warn
 from ...report import html
 from ...report.document import Table
@@ -22,7 +21,6 @@ from ...run.features import Feature
 from ...scene.columns import FREE, Limits, physical_limits
 from ...scene.distributions import Uniform
 from ...scene.scene import Interval
-from ..band.margin import percent
 from ..polynomials.points import nominal_point, on_cube, unfilled
 from ..sources.asked import FeatureSpec, units_of
 from ..sources.run_table import RunTable
@@ -70,6 +68,8 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
         Parameters of the nominal run [SI units]; None if it is at the nominal values of the intervals.
     limits : tuple[tuple[float, float], ...]
         Physical limits of each feature in its unit; empty if none is known.
+    written : tuple[tuple[str, ...], ...]
+        Units that the user wrote, in which each feature is shown; empty if none are known.
     """
 
     names: tuple[str, ...]
@@ -84,6 +84,7 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
     finished: bool = False
     nominal_parameters: Array | None = None
     limits: tuple[tuple[float, float], ...] = ()
+    written: tuple[tuple[str, ...], ...] = ()
 
     @property
     def _names(self) -> tuple[str, ...]:
@@ -91,10 +92,11 @@ class FeatureTable(records.ArrayRecord, Named["FeatureResult"]):
 
     def _repr_html_(self) -> str:
         found = [self._entry(name) for name in self.names]
-        rows = [
-            [one.name, one.unit, *(f"{end(one.values):.6g}" for end in (np.min, np.max))] for one in found
-        ]
-        table = Table("Features of the runs", ["feature", "unit", "lowest", "highest"], rows)
+        rows = []
+        for one in found:
+            ends = float(np.min(one.values)), float(np.max(one.values))
+            rows.append([one.name, *map(Form.of(ends, one.unit, one.written).text, ends)])
+        table = Table("Features of the runs", ["feature", "smallest", "largest"], rows)
         return html.fragment(repr(self)[1:-1], [table])
 
     def __repr__(self) -> str:
@@ -176,6 +178,7 @@ def feature_table(runner: Runner, runs: RunTable, random: bool, failed: int) -> 
         runner.table,
         runs.nominal_parameters,
         tuple(_limits(runner.features.get(name), runs) for name in names),
+        tuple(map(runner.written_for, names)),
     )
 
 
@@ -222,6 +225,11 @@ class FeatureResult(records.ArrayRecord):
         return self.table.units[self._column] if self.table.units else ""
 
     @property
+    def written(self) -> tuple[str, ...]:
+        """Units that the user wrote, in which it is shown."""
+        return self.table.written[self._column] if self.table.written else ()
+
+    @property
     def intervals(self) -> dict[str, Interval]:
         """Interval of each parameter by name [SI units]."""
         return self.table.intervals
@@ -240,18 +248,15 @@ class FeatureResult(records.ArrayRecord):
     def __repr__(self) -> str:
         runs, cycles = self.values.shape
         counted = f"{runs} runs" if cycles == 1 else f"{runs} runs of {cycles} cycles"
-        reach = format_ends(float(np.min(self.values)), float(np.max(self.values)))
+        ends = float(np.min(self.values)), float(np.max(self.values))
+        reach = Form.of(ends, self.unit, self.written).range(*ends)
         return f"<FeatureResult of {self.name}: {counted}, {reach}>"
 
     def __str__(self) -> str:
         reach = self.interval
-        unit = f" {self.unit}" if self.unit not in ("", "-") else ""
-        text = f"{self.name}: {format_ends(reach.lower, reach.upper)}{unit} ({reach.verdict})"
-        text += f"; estimated by runs left out, {percent(reach.coverage)} of further runs are inside"
-        if not math.isnan(reach.whole_run):
-            text += f", a further run with a probability of at least {percent(reach.whole_run)}"
-            text += f"; at least {percent(reach.tolerated)} of all mechanisms with 95 % confidence"
-        return text
+        ends = reach.lower, reach.upper
+        text = Form.of(ends, self.unit, self.written).range(*ends)
+        return f"{self.name}: {text} ({reach.verdict}: {reach.sure})"
 
     @property
     def interval(self) -> FeatureInterval:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from ...base.shown import Shown
 from ...scene.columns import Limits
 from ..band.margin import RESOLVED
 from ..band.requirement import tolerated_share
+from ..band.sure import Flag, HowSure
 from .effects import Fit, best_degree, fits_of, left_out
 
 # Number of folds of the cross-validation: the share of runs in the interval made from the others.
@@ -31,9 +31,11 @@ class FeatureInterval(Shown):
         Lower end in the unit of the feature.
     upper : float
         Upper end in the unit of the feature.
-    verdict : Literal['resolved', 'sampled']
-        ``"resolved"``: the range of a polynomial in the parameters that follows the feature, with its
-        error. ``"sampled"``: the extremes of the runs; the feature may exceed them between the runs.
+    verdict : Flag
+        How sure it is, in one of four words: the flag of `sure`.
+    resolved : bool
+        Whether it is the range of a polynomial in the parameters that follows the feature, with its error;
+        else these are the extremes of the runs.
     coverage : float
         Share of further runs that are in the interval with all their cycles, estimated by runs that were left
         out in ten parts, with one miss more than these have [-].
@@ -43,14 +45,24 @@ class FeatureInterval(Shown):
     tolerated : float
         Share of all mechanisms that are in the interval with all their cycles, at least, with 95 % confidence
         (Wilks 1941) [-]; NaN for runs on a grid.
+    runs : int
+        Runs that it rests on [-].
     """
 
     lower: float
     upper: float
-    verdict: Literal["resolved", "sampled"]
+    verdict: Flag
+    resolved: bool
     coverage: float
     whole_run: float
     tolerated: float
+    runs: int
+
+    @property
+    def sure(self) -> HowSure:
+        """How sure the interval is; ``str`` says it in a sentence."""
+        share = self.coverage if self.resolved else self.whole_run
+        return HowSure(self.verdict, share, math.nan, math.nan, self.runs, over_time=False)
 
 
 def find_intervals(
@@ -85,10 +97,12 @@ def find_intervals(
             FeatureInterval(
                 lower=lower,
                 upper=upper,
-                verdict="resolved" if resolved else "sampled",
+                verdict="estimated" if resolved or random else "unknown",
+                resolved=resolved,
                 coverage=count / of,
                 whole_run=(runs - 1) / of if random else math.nan,
                 tolerated=tolerated_share(runs, failed=failed) if random else math.nan,
+                runs=runs,
             )
         )
     return found

@@ -8,34 +8,45 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...base.prefixes import format_quantity, format_range
-from ...base.shown import in_a_sentence
+from ...base.prefixes import Form
+from ...base.shown import capital, in_a_sentence, of_many
 from ...execution.failures import count_failed
 from ...report.document import Cell, Judgment, Table, Verdict
 from ..band.band import Band
 from ..band.margin import percent
+from ..band.sure import Flag, HowSure
 from ..features.features import FeatureResult
-from .extent import at_samples, extent, place_of, sampled_end
+from .extent import extent, place_of, sampled_end
 
 if TYPE_CHECKING:
     from ..requirements.conformance import Conformance
     from ..results import StudyResult
 
-JUDGMENTS: dict[str, Judgment] = {
-    "resolved": "good",
-    "certified": "good",
+JUDGMENTS: dict[Flag, Judgment] = {
+    "proved": "good",
     "estimated": "good",
-    "sampled": "fair",
-    "undersampled": "fair",
-    "not resolved": "bad",
+    "too few runs": "fair",
+    "unknown": "bad",
 }
 
-# What the weaker verdicts leave open, for a reader who knows mechanisms and no statistics.
-_OPEN = {
-    "sampled": "the numbers are those of the simulated mechanisms; others between them may go farther",
-    "undersampled": "too few mechanisms were simulated to say with the coverage asked for how far others go",
-    "not resolved": "no polynomial follows the motion, so that its extremes may lie outside these numbers",
+# What the weaker flags leave open, for a reader who knows mechanisms and no statistics.
+_OPEN: dict[Flag, str] = {
+    "too few runs": "too few mechanisms were simulated to say, as sure as was asked for, how far others go",
+    "unknown": "the numbers are those of the simulated mechanisms; others between them may go farther",
 }
+
+
+HEAD = [
+    "what",
+    "nominal",
+    "smallest",
+    "largest",
+    "differ by up to",
+    "stay inside",
+    "inside at an instant",
+    "how sure",
+]
+"""Columns of the main numbers: what a further mechanism does, and how sure that is."""
 
 
 def sentences(result: StudyResult) -> list[str]:
@@ -91,16 +102,18 @@ def unproven(conformance: Conformance | None) -> list[str]:
 def _movement(result: StudyResult) -> Iterator[str]:
     if result.bands:
         band = next(iter(result.bands.values()))
-        verb = {"sampled": "reached", "not resolved": "may be within"}.get(band.verdict, "stays within")
-        text = f"{band.name} {verb} {format_range(extent(result, band), band.unit)} over the tolerances"
+        verb = "reached" if band.verdict == "unknown" else "stays within"
+        reach = extent(result, band)
+        form = Form.of(reach, band.unit, band.written)
+        text = f"{band.name} {verb} {form.range(reach.lower, reach.upper)} over the tolerances"
         if band.max_width > 0.0:
-            width = format_quantity(band.max_width, band.unit)
+            width = form.difference(band.max_width)
             text += f"; two mechanisms differ by up to {width}, {_when(band)}"
         yield f"{text}."
     elif result.features:
         feature = result.features[result.features.names[0]]
         assert isinstance(feature, FeatureResult)
-        text = format_range(feature.ends, feature.unit)
+        text = Form.of(feature.ends, feature.unit, feature.written).range(*feature.ends)
         yield f"{feature.name} is within {text} over the tolerances."
 
 
@@ -112,14 +125,17 @@ def _when(band: Band) -> str:
 
 def _force(result: StudyResult) -> Iterator[str]:
     """The force that is largest in magnitude, in either direction."""
-    found = [(one.ends, one.name, one.nominal) for one in features_of(result) if one.unit == "N"]
-    found += [
-        (extent(result, band), band.name, band.nominal) for band in result.bands.values() if band.unit == "N"
-    ]
+    found = [(one.ends, one.name, one.nominal, one.written) for one in features_of(result) if one.unit == "N"]
+    for band in result.bands.values():
+        if band.unit == "N":
+            reach = extent(result, band)
+            found.append((reach[:2], band.name, np.array(reach[2:]), band.written))
     if found:
-        ends, name, nominal = max(found, key=lambda one: max(map(abs, one[0])))
-        texts = [format_quantity(float(max(values, key=abs)), "N") for values in (ends, np.ravel(nominal))]
-        yield f"The largest force is {texts[0]}, {name}; without tolerances it is {texts[1]}."
+        ends, name, nominal, written = max(found, key=lambda one: max(map(abs, one[0])))
+        values = [float(max(some, key=abs)) for some in (ends, nominal)]
+        form = Form.of(values, "N", written)
+        most, without = map(form.text, values)
+        yield f"The largest force is {most}, {name}; without tolerances it is {without}."
 
 
 def _tolerance(feature: FeatureResult | None) -> Iterator[str]:
@@ -171,30 +187,29 @@ def main_numbers(result: StudyResult, first: int = 0, end: int | None = None) ->
     """Features and outputs, a line each: nominal, smallest, largest, how sure; all of them, or a part."""
     rows: list[list[Cell]] = []
     for one in features_of(result):
-        reach = one.interval
-        ends = reach.lower, reach.upper
-        nominal = format_quantity(float(np.mean(one.nominal)), one.unit, scale=max(map(abs, ends)))
-        sure = Verdict(reach.verdict, JUDGMENTS.get(reach.verdict, "fair"))
-        rows.append([one.name, nominal, *_ends(ends, one.unit), percent(reach.whole_run), sure])
+        reach, nominal = one.interval, float(np.mean(one.nominal))
+        form = Form.of((reach.lower, nominal, reach.upper), one.unit, one.written)
+        numbers = map(form.text, (nominal, reach.lower, reach.upper))
+        rows.append([one.name, *numbers, form.difference(reach.upper - reach.lower), *_sure(reach.sure)])
     for name, band in result.bands.items():
-        nominal = format_range((float(band.nominal.min()), float(band.nominal.max())), band.unit)
-        row: list[Cell] = [name, nominal, *_ends(extent(result, band), band.unit)]
-        row[4] = format_quantity(band.max_width, band.unit)
-        rows.append([*row, percent(band.whole_run), Verdict(band.verdict, JUDGMENTS[band.verdict])])
+        ends = extent(result, band)
+        form = Form.of(ends, band.unit, band.written)
+        both = form.range(ends.nominal_lower, ends.nominal_upper)
+        numbers, width = map(form.text, (ends.lower, ends.upper)), form.difference(band.max_width)
+        rows.append([name, both, *numbers, width, *_sure(band.sure)])
     shown = rows[first:end]
     if not shown:
         return []
     more = len(rows) - first - len(shown)
     caption = "Further numbers over the tolerances" if first else "The main numbers over the tolerances"
+    caption += f", from {len(result.parameters):,} runs"
     caption += f"; {more} more are in the details" if more else ""
-    head = ["what", "nominal", "smallest", "largest", "differ by up to", "further one inside", "known as"]
-    return [Table(caption, head, shown)]
+    return [Table(caption, HEAD, shown)]
 
 
-def _ends(ends: tuple[float, float], unit: str) -> list[str]:
-    """The smallest and the largest value, and how far they are apart."""
-    low, high = (format_quantity(value, unit, scale=max(map(abs, ends))) for value in ends)
-    return [low, high, format_quantity(ends[1] - ends[0], unit)]
+def _sure(sure: HowSure) -> list[Cell]:
+    """How many further mechanisms stay inside, at all times and at any one, and how sure that is."""
+    return [of_many(sure.whole), of_many(sure.instant), Verdict(sure.flag, JUDGMENTS[sure.flag])]
 
 
 def unknown(result: StudyResult) -> list[str]:
@@ -206,17 +221,13 @@ def unknown(result: StudyResult) -> list[str]:
         told.append(
             f"{failed} of {count} mechanisms could not be simulated: nothing here holds for such mechanisms."
         )
-    for verdict, words in _OPEN.items():
-        found = [name for name, band in result.bands.items() if band.verdict == verdict]
+    for flag, words in _OPEN.items():
+        found = [name for name, band in result.bands.items() if band.verdict == flag]
         if found:
             told.append(f"{in_a_sentence(found)}: {words}.")
-    inside = [band.whole_run for band in result.bands.values() if math.isfinite(band.whole_run)]
-    if inside:
-        told.append(
-            f"All numbers come from {len(result.parameters) + 1} simulated mechanisms. Of a hundred further "
-            f"ones about {100.0 * min(inside):.0f} stay within a band all the time; the details say how the "
-            "others leave it."
-        )
+    known = [band.sure for band in result.bands.values() if math.isfinite(band.whole_run)]
+    if known:
+        told.append(f"{capital(str(min(known, key=lambda one: one.whole)))}.")
     if result.warnings:
         count = len(result.warnings)
         told.append(f"{count} {'warning is' if count == 1 else 'warnings are'} among the details.")
@@ -224,9 +235,11 @@ def unknown(result: StudyResult) -> list[str]:
 
 
 def widest_of(result: StudyResult, band: Band) -> str:
-    """Where two mechanisms differ most, and how far peaks between the samples are beyond them."""
+    """Where two mechanisms differ most, and how the bounds differ from the extremes between the samples."""
     text = f"{band.name}: two mechanisms differ most {_when(band)}."
-    sampled = at_samples(band)
-    if extent(result, band) != sampled:
-        text += f" Its peaks between the samples go farther than here, {format_range(sampled, band.unit)}."
+    ends, drawn = extent(result, band)[:2], (float(band.lower.min()), float(band.upper.max()))
+    if ends != drawn:
+        form = Form.of((*ends, *drawn), band.unit, band.written)
+        text += f" The bounds at each instant reach {form.range(*drawn)}, the extremes of a whole run "
+        text += f"{form.range(*ends)}."
     return text

@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...base.prefixes import format_exact, format_quantity, format_range
-from ...base.shown import capital, in_a_sentence
+from ...base.prefixes import Form, format_exact, format_quantity, format_tolerance
+from ...base.shown import capital, in_a_sentence, of_many
 from ...plots.bands import band_picture
 from ...plots.drawing.scene import mechanism_picture
 from ...plots.features import plot_ranking
 from ...report.document import Block, Cell, Document, Items, Moving, Picture, Section, Table, Text, Verdict
 from ...run.report import costs_table, reproduction, version_fact, warnings_section
-from ...scene.scene import Interval
-from ..band.margin import percent
+from ..band.sure import Flag
 from ..features.features import FeatureResult
 from ..features.ranking import ranking_table
 from .alternatives import alternatives
@@ -43,17 +42,12 @@ if TYPE_CHECKING:
 # Lines of the table of main numbers on the first screen; the details have the others.
 _MOST_LINES = 12
 
-MEANINGS = {
-    "resolved": "a polynomial in the parameters follows the runs that it was not fitted to; worst cases and "
-    "sensitivities are those of the response as far as so many runs tell",
-    "certified": "the mean coverage is proved for parameters drawn uniformly from the box",
-    "estimated": "runs that were left out show the coverage that was asked for; there are no derivatives "
-    "with respect to the parameters",
-    "sampled": "the extremes of the runs, an inner bound: the response may exceed them between the runs",
-    "undersampled": "there are too few runs to show the coverage that was asked for, or none in a part of "
-    "the box",
-    "not resolved": "no polynomial follows the response, which may leave the bounds and has other worst "
-    "cases",
+MEANINGS: dict[Flag, str] = {
+    "proved": "independent runs prove it for parameters drawn uniformly from their intervals",
+    "estimated": "runs that the bounds were made without are inside as often as was asked for, or a "
+    "polynomial predicts them",
+    "too few runs": "there are too few runs to show what was asked for, or none in a part of the intervals",
+    "unknown": "nothing says how far mechanisms go that were not simulated",
 }
 
 
@@ -121,21 +115,13 @@ def _parameters(result: StudyResult) -> Table:
     rows: list[list[Cell]] = []
     units = [result.units.get(name, "") for name in result.intervals]
     for (name, side), unit in zip(result.intervals.items(), units, strict=True):
-        size = max(abs(side.lower), abs(side.upper))
-        row: list[Cell] = [name]
-        row += [format_exact(value, unit, size) for value in (side.lower, side.nominal, side.upper)]
-        rows.append([*row, _tolerance(side, unit, size)])
+        size, written = max(abs(side.lower), abs(side.upper)), result.written_for(name)
+        nominal, tolerance = format_tolerance(side, unit, written)
+        lower, upper = (format_exact(end, unit, size, written) for end in (side.lower, side.upper))
+        rows.append([name, lower, nominal, upper, tolerance])
     told = "" if all(units) else " in SI units" if result.scene is not None else " in their own units"
     caption = f"The parameters and their intervals{told}"
     return Table(caption, ["parameter", "from", "nominal", "to", "tolerance"], rows)
-
-
-def _tolerance(side: Interval, unit: str, size: float) -> str:
-    """How far a parameter may be from its nominal value, to either side."""
-    if side.nominal == side.midpoint:
-        return f"±{format_exact(side.half_width, unit, size)}"
-    plus, minus = side.upper - side.nominal, side.nominal - side.lower
-    return f"+{format_exact(plus, unit, size)} / -{format_exact(minus, unit, size)}"
 
 
 def _shares(result: StudyResult, conformance: Conformance) -> Section:
@@ -156,13 +142,12 @@ def _shares(result: StudyResult, conformance: Conformance) -> Section:
 def _feature(feature: FeatureResult) -> Section:
     """The section of a feature."""
     reach = feature.interval
-    text = f"{format_range((reach.lower, reach.upper), feature.unit, 4)} ({reach.verdict}"
-    told = f"{text}); estimated by runs left out, {percent(reach.coverage)} of further runs are inside"
-    if not math.isnan(reach.whole_run):
-        share = percent(reach.whole_run)
-        told += f"; a further run is in it with a probability of at least {share}, and at least "
-        told += f"{percent(reach.tolerated)} of all mechanisms with 95 % confidence"
-    blocks: list[Block] = [Text(f"{capital(told)}.")]
+    ends = reach.lower, reach.upper
+    form = Form.of(ends, feature.unit, feature.written)
+    told = f"{form.range(*ends)} ({reach.verdict}). {capital(str(reach.sure))}"
+    if not math.isnan(reach.tolerated):
+        told += f"; at least {of_many(reach.tolerated)} of all with 95 % confidence"
+    blocks: list[Block] = [Text(f"{told}.")]
     try:
         ranking = feature.ranking()
     except ValueError as error:  # too few runs
@@ -186,15 +171,14 @@ def _worst_cases(result: StudyResult) -> Table:
     rows = []
     sides = list(result.intervals.values())
     for name, band in result.bands.items():
-        unit = band.unit
-        scale = float(np.abs(band.runs).max())
+        form = Form.of((float(band.runs.min()), float(band.runs.max())), band.unit, band.written)
         for word, find in (("largest", np.argmax), ("smallest", np.argmin)):
             run, sample = np.unravel_index(int(find(band.runs)), band.runs.shape)
             rows.append(
                 [
                     name,
                     word,
-                    format_quantity(float(band.runs[run, sample]), unit, scale=scale),
+                    form.text(float(band.runs[run, sample])),
                     place_of(band, int(sample)),
                     # So that runs near a corner of the box are seen.
                     *(
@@ -215,13 +199,18 @@ def _how_sure(result: StudyResult) -> list[Block]:
     rows: list[list[Cell]] = []
     for name, band in result.bands.items():
         error = "-" if math.isnan(band.margin.error) else f"{100.0 * band.margin.error:.2g} %"
-        shares = percent(band.coverage), percent(band.tolerated)
-        rows.append([name, Verdict(band.verdict, JUDGMENTS[band.verdict]), *shares, error])
-    head = ["output", "verdict", "of a further run inside", "of all at an instant, 95 % sure"]
-    head.append("error of the polynomials over the width")
-    said = [verdict for verdict in MEANINGS if any(band.verdict == verdict for band in result.bands.values())]
+        flag = Verdict(band.verdict, JUDGMENTS[band.verdict])
+        rows.append([name, flag, str(band.sure), of_many(band.tolerated), error])
+    head = [
+        "output",
+        "how sure",
+        "why",
+        "inside at an instant, 95 % sure",
+        "error of the polynomial, of the width",
+    ]
+    said = [flag for flag in MEANINGS if any(band.verdict == flag for band in result.bands.values())]
     blocks: list[Block] = [
-        Table("The bands at runs that they were made without", head, rows),
-        Items([f"{verdict}: {MEANINGS[verdict]}." for verdict in said]),
+        Table("What the runs show of each output", head, rows),
+        Items([f"{flag}: {MEANINGS[flag]}." for flag in said]),
     ]
     return blocks if result.statement is None else [*blocks, Text(result.statement)]

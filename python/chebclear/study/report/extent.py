@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
@@ -19,21 +19,28 @@ if TYPE_CHECKING:
 End = Literal["lowest", "peak"]
 
 
-def extent(result: StudyResult, band: Band) -> tuple[float, float]:
-    """Lowest and highest value of an output over the tolerances, in its unit.
+class Extent(NamedTuple):
+    """Lowest and highest value of an output over the tolerances and without them, in its unit."""
 
-    A band is one of samples. Where the study found the largest or the smallest value of each run too, which
-    may lie between samples, their intervals count as well.
+    lower: float
+    upper: float
+    nominal_lower: float
+    nominal_upper: float
+
+
+def extent(result: StudyResult, band: Band) -> Extent:
+    """How far an output goes: the one answer to this question of a page.
+
+    A band is one of samples. Where the study found the largest or the smallest value of each run, which may
+    lie between samples, the answer is that of this feature.
     """
-    lower, upper = at_samples(band)
-    lowest, peak = (asked_end(result, band, end) for end in ("lowest", "peak"))
-    lower = lower if lowest is None else min(lower, lowest.ends[0])
-    return lower, upper if peak is None else max(upper, peak.ends[1])
-
-
-def at_samples(band: Band) -> tuple[float, float]:
-    """The lowest and the highest bound."""
-    return float(band.lower.min()), float(band.upper.max())
+    low, high = asked_end(result, band, "lowest"), asked_end(result, band, "peak")
+    lowest = (band.lower, band.nominal) if low is None else (low.ends[0], low.nominal)
+    highest = (band.upper, band.nominal) if high is None else (high.ends[1], high.nominal)
+    (lower, without_low), (upper, without_high) = (
+        [float(find(one)) for one in ends] for find, ends in ((np.min, lowest), (np.max, highest))
+    )
+    return Extent(lower, upper, without_low, without_high)
 
 
 def place_of(band: Band, sample: int) -> str:
@@ -78,6 +85,7 @@ def sampled_ends(result: StudyResult) -> FeatureTable:
         finished=result.spec is not None and result.spec.table,
         nominal_parameters=result.nominal_parameters,
         limits=2 * _limits(result),
+        written=2 * tuple(band.written for band in result.bands.values()),
     )
 
 

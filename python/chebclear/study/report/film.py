@@ -41,7 +41,7 @@ def study_film(result: StudyResult) -> Film:
     else:
         places = [f"{label} {value:.4g}" for value in x[frames]]
     charts = [
-        chart(band.name, band.unit, x, band.nominal, (band.lower, band.upper), THIN)
+        chart(band.name, band.unit, x, band.nominal, (band.lower, band.upper), THIN, band.written)
         for band in bands[:_MOST_CHARTS]
     ]
     panels = [] if scene is None or result.settings is None else [_nominal(scene, result.settings, t)]

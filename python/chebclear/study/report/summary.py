@@ -8,16 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...base.prefixes import Form, format_exact, format_quantity, format_tolerance
 from ...base.shown import listed
-from ...base.tables import format_ends, format_table
+from ...base.tables import format_table
 from ...execution.batch import jammed
 from ...execution.failures import set_apart
 from ...execution.pieces import NOT_BEGUN
-from ...scene.scene import Interval
-from ..band.band import Band
-from ..band.margin import percent
+from ..band.worst import WorstCase
 from ..polynomials.points import on_cube, unfilled
-from .extent import asked_end, sampled_end
+from .answer import main_numbers
 
 if TYPE_CHECKING:
     from ..results import StudyResult
@@ -48,46 +47,31 @@ def findings(result: StudyResult) -> str:
     lines = [] if result.conformance is None else [str(result.conformance), ""]
     lines.append(_head(result))
     for name, side in sides[:_MOST_LINES]:
-        unit = f" {result.units[name]}" if result.units.get(name, "-") != "-" else ""
+        around = " ".join(format_tolerance(side, result.units.get(name, ""), result.written_for(name)))
         spread = f" ({type(random[name]).__name__.lower()}, taken as an interval)" if name in random else ""
-        lines.append(f"  {name}: {_ends(side)}{unit}{spread}")
+        lines.append(f"  {name}: {around}{spread}")
     lines += [f"  and {len(sides) - _MOST_LINES} more parameters"] * (len(sides) > _MOST_LINES)
-    bands = list(result.bands.values())
-    if bands:
-        head = [
-            "output",
-            "width",
-            "verdict",
-            "inside",
-            "further run",
-            "peak of a run",
-            "highest: predicted",
-        ]
-        rows = [_row(result, band) for band in bands[:_MOST_LINES]]
-        lines += format_table([*head, "simulated"], rows).split("\n")
-        lines += [f"and {len(bands) - _MOST_LINES} more outputs"] * (len(bands) > _MOST_LINES)
-    peaks = {band.name: asked_end(result, band, "peak") for band in bands}
-    between = [f"{output} ({peak.name})" for output, peak in peaks.items() if peak is not None]
-    if between and result.scene is not None:  # of other models the samples are all there is
-        lines.append(
-            f"Peaks of a run between the samples too, from its features: {listed(between, most=4)}; the "
-            "other columns are of the samples alone."
-        )
-    if result.features:
-        lines += [str(result.features[name]) for name in result.features.names[:_MOST_LINES]]
+    for table in main_numbers(result, end=_MOST_LINES):
+        rows = [[str(cell) for cell in row] for row in table.rows]
+        lines += format_table(table.head, rows).split("\n")
+    more = len(result.bands) + len(result.features) - _MOST_LINES
+    lines += [f"and {more} more outputs"] * (more > 0)
+    lines += [_worst(result, case) for case in result.worst_cases[:_MOST_LINES]]
     if result.statement is not None:
         lines.append(result.statement)
     return "\n".join(lines)
 
 
-def _ends(side: Interval) -> str:
-    """An interval in words; of one that is narrow against its size, middle and half width."""
-    text = format_ends(side.lower, side.upper)
-    if side.nominal != side.midpoint:
-        return f"{text}, nominal {side.nominal:.6g}"
-    if f"{side.lower:.6g}" == f"{side.upper:.6g}" and side.half_width > 0.0:
-        return f"{side.midpoint:.6g} ± {side.half_width:.3g}"
-    return text
+def _worst(result: StudyResult, case: WorstCase) -> str:
+    """A predicted worst case beside its simulation."""
+    band, word = result.bands[case.output], "highest" if case.side == "upper" else "lowest"
+    form = Form.of((case.predicted, case.simulated), band.unit, band.written)
+    there = (
+        f"{name} = {format_exact(value, result.units.get(name, ''), written=result.written_for(name))}"
+        for name, value in case.parameters.items()
+    )
+    text = f"{case.output} is {word} at t = {format_quantity(case.time, 's')} with {listed(there, most=4)}: "
+    return f"{text}predicted {form.text(case.predicted)}, simulated {form.text(case.simulated)}"
 
 
 def _head(result: StudyResult) -> str:
@@ -102,31 +86,13 @@ def _head(result: StudyResult) -> str:
     return text if math.isnan(result.seconds) else f"{text}, {result.seconds:.2g} s of runs"
 
 
-def _row(result: StudyResult, band: Band) -> list[str]:
-    """One output in a line."""
-    peak = asked_end(result, band, "peak") or sampled_end(result, band, "peak")
-    checked = {case.output: case for case in result.worst_cases if case.side == "upper"}.get(band.name)
-    simulated = f"{band.hull[1].max():.5g} (largest run)"
-    if checked is not None:
-        simulated = f"{checked.simulated:.5g} (there)"
-    return [
-        f"{band.name} [{band.unit}]" if band.unit else band.name,
-        f"{band.max_width:.4g}",
-        band.verdict,
-        percent(band.coverage),
-        percent(band.whole_run),
-        format_ends(*peak.ends, 5),
-        f"{band.upper.max() if checked is None else checked.predicted:.5g}",
-        simulated,
-    ]
-
-
 def suggestions(result: StudyResult) -> list[str]:
     """Suggestions for a better result and for its use."""
     bands = result.bands.values()
     advice = []
     is_table = result.spec is not None and result.spec.table  # which has no further runs
-    wide = [band.name for band in bands if band.verdict in ("estimated", "undersampled")]
+    made = result.requirement is not None
+    wide = [band.name for band in bands if made and band.verdict != "proved" and not band.resolved]
     requirement = result.requirement
     unfit = _unfit(result)
     if unfit:
@@ -137,15 +103,16 @@ def suggestions(result: StudyResult) -> list[str]:
         more = requirement.runs
         how = "a table of twice as many runs" if requirement.finished else f"{more} more runs"
         advice.append(f"{how} would narrow {_named(wide)}")
-    lost = [band.name for band in bands if band.verdict == "not resolved"]
+    unknown = [band for band in bands if band.verdict == "unknown"]
+    lost = [band.name for band in unknown if band.surrogate is not None]
     if lost:
         advice.append(f"bands of all runs (kind band) bound {_named(lost)}, which no polynomial follows")
-    inner = [band.name for band in bands if band.verdict == "sampled"]
+    inner = [band.name for band in unknown if band.surrogate is None]
     if inner:
-        advice.append(f"{_named(inner)}: inner bounds; a band (kind band) says how far a further run may go")
-    followed = [band.name for band in bands if band.verdict == "resolved" and band.surrogate is not None]
+        advice.append(f"a band (kind band) says how far further runs of {_named(inner)} may go")
+    followed = [band.name for band in bands if band.resolved and band.surrogate is not None]
     if followed and not result.worst_cases and not is_table:
-        advice.append(f"a check simulates the predicted worst cases of {_named(followed)}")
+        advice.append(f"result.check() simulates the predicted worst cases of {_named(followed)}")
     return advice
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from ...base.arguments import Checks, as_number
-from ...base.units import UnitError, convert, is_quantity, size_of, unit
+from ...base.units import UnitError, convert, is_quantity, size_of, unit, units_in
 
 ALL = "all"
 """Name of the share that keeps to all specifications."""
@@ -40,6 +40,11 @@ class Specification:
     def angle(self) -> float | None:
         """Crank angle at which it must be kept [rad]; None for an instant or the whole time."""
         return convert(self.at, "rad") if isinstance(self.at, str) else None
+
+    @property
+    def written(self) -> tuple[str, ...]:
+        """The units of its limits, as the user wrote them."""
+        return tuple(dict.fromkeys(units_in([self.above, self.below])))
 
     def limits(self, checks: Checks, place: str, of: str) -> tuple[float, float]:
         """Its limits in the SI unit `of` the quantity; infinite for none."""
