@@ -87,7 +87,7 @@ class Cause(records.ArrayRecord):
         Median distance of their scores from 0 [-]; .67 for all mechanisms.
     slopes : dict[str, float]
         Slopes of the logarithm of the share outside over numbers of the distribution, such as ``"mean"``
-        per SI unit; empty where the ends of the distribution move with them. See `center`.
+        per SI unit; empty where the ends of the distribution move with them.
     slope_errors : dict[str, float]
         Their standard errors.
     """

@@ -11,11 +11,14 @@ _HALVINGS = 100
 
 
 def binomial_cdf(count: int, trials: int, probability: float) -> float:
-    """Probability of at most `count` successes of `trials`, each of the given probability [-]."""
+    """Probability of at most `count` successes of `trials`, each of the given probability [-], to 1e-12."""
     if probability <= 0.0 or count >= trials:
         return 1.0
     if probability >= 1.0:
         return 0.0
+    if count > trials // 2:
+        # By the failures, of which there are fewer terms: two for the extremes of half a million runs.
+        return 1.0 - binomial_cdf(trials - count - 1, trials, 1.0 - probability)
     k = np.arange(1, count + 1)
     # Ratios of successive terms, summed as logarithms: the terms alone underflow for many trials.
     ratios = np.log(trials - k + 1) - np.log(k) + math.log(probability) - math.log1p(-probability)
