@@ -256,7 +256,7 @@ def latching(figure: Figure) -> None:
 
 
 def verdicts(figure: Figure) -> None:
-    """The six kinds of statement that a band may make, on one mechanism."""
+    """How sure bands may be, on one mechanism."""
     study = cc.Study(
         cc.mechanisms.slider_crank,
         {"crank_length": cc.Interval.around(0.05, rel=0.02), "clearance": cc.Interval.around(2e-5, rel=0.5)},
@@ -275,7 +275,7 @@ def verdicts(figure: Figure) -> None:
         study.chebyshev(4)[force],
     ]
     for ax, one in zip(figure.subplots(3, 2, sharex=True).flat, shown, strict=True):
-        color = {"resolved": "tab:green", "not resolved": "tab:red"}.get(one.verdict, "tab:blue")
+        color = "tab:green" if one.resolved else "tab:red" if one.verdict == "unknown" else "tab:blue"
         ax.fill_between(1e3 * one.t, one.lower, one.upper, color=color, alpha=0.3, linewidth=0.0)
         for run in one.runs[:: max(1, len(one.runs) // 12)]:
             ax.plot(1e3 * one.t, run, color="0.4", linewidth=0.3)
