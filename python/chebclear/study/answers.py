@@ -16,7 +16,7 @@ from ..execution.pieces import NOT_BEGUN
 from ..notices import Notice
 from ..scene.columns import physical_limits
 from .band.gridded import Grid
-from .band.notices import SETTLING, TOO_FEW, doubts, early_widths, remarks, told_holes
+from .band.notices import SETTLING, TOO_FEW_RUNS, doubts, early_widths, remarks, told_holes
 from .band.requirement import LEAST_RUNS, Requirement, band_usage
 from .band.worst import WorstCase, predicted_extremes
 from .by_angle import cut, unpredictable
@@ -154,7 +154,7 @@ def extended(
 
 def lasting(notices: Sequence[Notice]) -> list[Notice]:
     """Notices without those that count the runs so far."""
-    return [one for one in notices if one.code not in (TOO_FEW, SETTLING, FAILED, STOPPED)]
+    return [one for one in notices if one.code not in (TOO_FEW_RUNS, SETTLING, FAILED, STOPPED)]
 
 
 def simulated_extremes(runner: Runner, result: StudyResult) -> tuple[WorstCase, ...]:

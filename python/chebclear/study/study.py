@@ -122,7 +122,7 @@ class Study:
     ...     return {"t": t, "x": np.cos(np.sqrt(stiffness) * t), "period": 2 * np.pi / np.sqrt(stiffness)}
     >>> result = Study(spring, {"stiffness": Interval.around(9.0, rel=0.1)}).band(runs=16)
     >>> result["x"].verdict, result.features["period"].interval.verdict
-    ('resolved', 'resolved')
+    ('estimated', 'estimated')
     """
 
     def __init__(
@@ -486,7 +486,7 @@ class Study:
         >>> t = np.linspace(0.0, 1.0, 101)
         >>> x = np.cos(np.sqrt(stiffness)[:, None] * t)
         >>> Study.from_runs({"stiffness": stiffness}, t, {"x": x}).band()["x"].verdict
-        'resolved'
+        'estimated'
         """
         table = finished_runs(parameters, t, values, intervals, features, cycles, independent, units)
         study = cls(table.run, table.intervals, threads=threads)

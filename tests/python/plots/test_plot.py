@@ -151,7 +151,7 @@ class TestBand:
         for values in (band.lower, band.upper, scan.lower, scan.upper, band.nominal):
             assert any(np.allclose(1e6 * values, y) for y in drawn)
         assert [text.get_text() for text in ax.get_legend().get_texts()] == [
-            "bounds, not resolved",
+            "bounds of a polynomial that misses runs",
             "scan",
             "nominal",
         ]

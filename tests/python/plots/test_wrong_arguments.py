@@ -139,8 +139,11 @@ def test_a_clearance_joint_that_is_no_name_of_one_is_refused(run, joint):
 def test_curves_of_two_units_do_not_share_an_axis():
     run = cc.simulate(cc.mechanisms.slider_crank(), duration=1e-3, samples=11)
     ax = cc.plots.plot_trajectory(run, "slider.x", unit="mm")
-    for unit in (None, "um"):
-        with pytest.raises(ValueError, match=r'ax has curves in mm, got one in .*: give unit="mm"'):
-            cc.plots.plot_trajectory(run, "rod.x", unit=unit, ax=ax)
+    with pytest.raises(ValueError, match=r'ax has curves in mm, got one in um: give unit="mm"'):
+        cc.plots.plot_trajectory(run, "rod.x", unit="um", ax=ax)
+    with pytest.raises(ValueError, match="ax has curves in mm, got one in m/s: give other axes"):
+        cc.plots.plot_trajectory(run, "rod.vx", ax=ax)
     cc.plots.plot_trajectory(run, "rod.x", unit="mm", ax=ax)
-    assert len(ax.lines) == 2
+    cc.plots.plot_trajectory(run, "rod.x", ax=ax)
+    assert len(ax.lines) == 3
+    np.testing.assert_array_equal(ax.lines[2].get_ydata(), 1e3 * run["rod.x"])

@@ -17,7 +17,7 @@ from .band import Band
 from .margin import RESOLVED
 from .requirement import Requirement, exact_runs
 
-TOO_FEW, SETTLING = "too_few_runs", "settling"
+TOO_FEW_RUNS, SETTLING = "too_few_runs", "settling"
 """Codes of the notices of bands of too few runs, and of those that are widest in the starting transient."""
 
 
@@ -31,7 +31,7 @@ def remarks(bands: Mapping[str, Band], requirement: Requirement) -> list[Notice]
     wanted = f"{share} inside at any one instant"
 
     def told(about: list[str], text: str, **numbers: float) -> Notice:
-        return Notice(TOO_FEW, f"too few runs: {text}", tuple(about), numbers)
+        return Notice(TOO_FEW_RUNS, f"too few runs: {text}", tuple(about), numbers)
 
     if requirement.succeeded < requirement.coverage:
         text = f"{failed} of {runs + failed} runs failed and count as outside, which {wanted} does not allow"
