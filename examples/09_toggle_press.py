@@ -17,7 +17,7 @@ study = press.study(
     outputs=["knee.normal_force"],
     features={"peak_force": cc.features.peak("knee.normal_force")},
 )
-result = study.band(runs=81)
+result = study.band(runs=41)
 print(result)  # the peak is that of the continuous motion, which samples miss
 band, ranking = result["knee.normal_force"], result.ranking("peak_force")
 print(ranking)

@@ -25,7 +25,7 @@ for ax, name in zip(figure.subplots(3, 1), run.columns, strict=False):
 figure.savefig(folder / "shear_run.png", dpi=150)
 
 # How many shears keep to the requirements of the file.
-found = template.conformance(200)
+found = template.conformance(100)
 print(found)
 found["speed"].plot().figure.savefig(folder / "shear_speed.png", dpi=150)
 

@@ -187,7 +187,7 @@ def test_two_files_are_contrasted(file, tmp_path, capsys):
 
 
 def test_rare_shares_are_answered(file, capsys):
-    text = FILE.replace('above = "-103 mm"', 'below = "106.6 mm"').replace("fast = {", "# fast = {")
+    text = FILE.replace('above = "-103 mm"', 'below = "104.6 mm"').replace("fast = {", "# fast = {")
     file.write_text(
         text.replace("mass = { nominal = 1, rel = 0.01 }", "mass = 1").replace(
             "duration = 1", "duration = 0.01"
@@ -198,8 +198,9 @@ def test_rare_shares_are_answered(file, capsys):
     with pytest.raises(SystemExit):
         run(file, "--runs", 1000, "--least", 0.999999)
     assert "3688878" in (told := capsys.readouterr().err) and "--rare" in told
-    # 3.3 standard deviations; each run starts at the length, which is its largest position.
-    assert run(file, "--runs", 40, "--quiet", "--json", "--rare", "--least", 0.999) == 0
+    # 2.3 standard deviations, for which 40 plain runs are too few; each run starts at the length, which is
+    # its largest position.
+    assert run(file, "--runs", 40, "--quiet", "--json", "--rare", "--least", 0.97) == 0
     (row,) = json.loads(capsys.readouterr().out)["rare"]
-    assert row["verdict"] == "known" and row["at least"] < 4.834e-4 < row["at most"]
-    assert "length is 3" in row["causes"] and "too large" in row["causes"]
+    assert row["verdict"] == "known" and row["at least"] < 0.010724 < row["at most"]
+    assert "length is 2" in row["causes"] and "too large" in row["causes"]
