@@ -149,7 +149,11 @@ def test_the_tolerance_that_matters_is_the_one_that_makes_the_spread():
     )
     *_, force, tolerance = study_document(study.band(81), None).answer
     assert "The largest force is 3.01 N, force; without tolerances it is 2.50 N." in force
-    assert tolerance.startswith("The tolerance of strong matters most: half of it narrows")
+    # Of a sum with one term a hundred times the other, both uniform: 95 % of the width, halved.
+    assert tolerance.startswith("The tolerance of strong matters most: with ±0.25 instead of ±0.5, ")
+    after, least, most, before = map(float, re.findall(r"(\d\.\d+) N", tolerance))
+    assert before == pytest.approx(0.95, rel=0.02) and after == pytest.approx(0.475, rel=0.02)
+    assert least <= after <= most
     still = cc.Study(lambda a: {"t": t, "x": [1.0, 2.0, 3.0]}, {"a": cc.Interval(0.0, 1.0)}).sample(9)
     assert study_document(still, None).answer == ["x reached 1.00 .. 3.00 over the tolerances."]
 
@@ -201,7 +205,12 @@ def test_a_report_with_shares_says_first_whether_mechanisms_are_in_specification
     assert tolerance.startswith("The tolerance of gap matters most") and "the peak of play" in tolerance
     table = next(one for one in document.first if isinstance(one, Table))
     assert [row[0] for row in table.rows] == ["tight", "strong", "all"]
-    assert [row[-1].word for row in table.rows] == ["kept by most", "kept by all", "kept by most"]
+    tight = shares["tight"]
+    assert f"tight fails in {tight.outside} of 400: play below 10.12, the worst reaches 10." in first
+    assert table.rows[0][2] == f"{tight.highest.max():.3f} m" and table.rows[2][2] == "-"
+    fails = f"fails in {every.outside} of 400"
+    assert [row[-1].word for row in table.rows] == [fails, "kept", fails]
+    assert [row[-1].judgment for row in table.rows] == ["bad", "good", "bad"]
     assert document.sections[0].title == "In specification or not"
     path = replace(study.band(81), conformance=shares).report(tmp_path / "report")
     assert "The requirements" in path.read_text(encoding="utf-8")

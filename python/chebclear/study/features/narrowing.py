@@ -56,7 +56,8 @@ _FEW = 2
 _LEAST_SIZE = 0.1
 # Part of the values in the interval of a feature whose width is compared.
 _CENTRAL = 0.95
-_ENDS = (0.5 - 0.5 * _CENTRAL, 0.5 + 0.5 * _CENTRAL)
+ENDS = (0.5 - 0.5 * _CENTRAL, 0.5 + 0.5 * _CENTRAL)
+"""Quantiles of the values of a feature between which its range is compared [-]."""
 
 
 def find_narrowing(names: list[str], model: Model, nominal: Array | None = None) -> dict[str, Estimate]:
@@ -74,7 +75,7 @@ def find_narrowing(names: list[str], model: Model, nominal: Array | None = None)
     lower, upper = lower - _POINTS_ERROR, upper + _POINTS_ERROR
     # By the interval of what the polynomial misses it may be wrong, as far as the runs themselves allow.
     missed, whole = (
-        float(np.ptp(np.quantile(some, _ENDS))) for some in (left_out(model.fit, values.mean(axis=1)), values)
+        float(np.ptp(np.quantile(some, ENDS))) for some in (left_out(model.fit, values.mean(axis=1)), values)
     )
     missed = missed / whole if whole > 0.0 else 0.0
     least, most = _of_runs(points, values, nominal)
@@ -100,7 +101,7 @@ def _of_runs(points: Array, values: Array, nominal: Array) -> tuple[Array, Array
 
     def widths(inside: NDArray[np.intp]) -> Array:
         among = np.cumsum(counts * np.repeat(inside, cycles)[order, None], axis=0)
-        found = [ordered[np.argmax(among >= share * among[-1], axis=0)] for share in _ENDS]
+        found = [ordered[np.argmax(among >= share * among[-1], axis=0)] for share in ENDS]
         return np.where(among[-1] > 0, found[1] - found[0], math.nan)
 
     whole = widths(np.ones(runs, dtype=np.intp))
@@ -211,8 +212,8 @@ def _compared(
 
     def widths(at: Array) -> tuple[float, float, Array]:
         values, again = values_at(at)
-        of_all, of_first = (float(np.ptp(np.quantile(some, _ENDS))) for some in (values, values[:_POINTS]))
-        return of_all, of_first, np.ptp(np.quantile(again, _ENDS, axis=0), axis=0)
+        of_all, of_first = (float(np.ptp(np.quantile(some, ENDS))) for some in (values, values[:_POINTS]))
+        return of_all, of_first, np.ptp(np.quantile(again, ENDS, axis=0), axis=0)
 
     whole, whole_of_first, wholes = widths(box)
     if min(whole, whole_of_first) > 0.0:

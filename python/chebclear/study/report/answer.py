@@ -8,18 +8,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...base.prefixes import Form
+from ...base.prefixes import Form, format_tolerance
+from ...base.quantities import Interval
 from ...base.shown import capital, in_a_sentence, of_many
 from ...execution.failures import count_failed
 from ...report.document import Cell, Judgment, Table, Verdict
 from ..band.band import Band
-from ..band.margin import percent
 from ..band.sure import Flag, HowSure
 from ..features.features import FeatureResult
+from ..features.narrowing import ENDS
+from ..requirements.conformance import in_percent
 from .extent import extent, place_of, sampled_end
 
 if TYPE_CHECKING:
-    from ..requirements.conformance import Conformance
+    from ..features.ranking import Rank
+    from ..requirements.conformance import Conformance, Share
     from ..results import StudyResult
 
 JUDGMENTS: dict[Flag, Judgment] = {
@@ -53,19 +56,33 @@ def sentences(result: StudyResult) -> list[str]:
     """In specification or not, else how far the first output moves; the largest force; the tolerance."""
     conformance = result.conformance
     first = _movement(result) if conformance is None else [_specification(conformance)]
-    told = [*first, *_force(result), *_tolerance(_judged(result, conformance))]
+    told = [*first, *_force(result), *_tolerance(result, _judged(result, conformance))]
     return told or ["The study has neither outputs nor features."]
 
 
 def _specification(conformance: Conformance) -> str:
-    *_, every = conformance.values()
-    least, most = map(percent, (every.lower, every.upper))
+    """The share in specification, and which requirement fails most often, by how much."""
+    *each, every = conformance.values()
+    least, most = map(in_percent, (every.lower, every.upper))
     sure = f"with {100.0 * every.confidence:.4g} % confidence"
     if every.outside == 0:
         what = f"None of {every.runs} mechanisms is out of specification"
         return f"{what}: at least {least} are in it {sure}."
-    what = f"In specification are {percent(every.share)} of the mechanisms"
-    return f"{what}, between {least} and {most} {sure}."
+    worst = max(each or [every], key=lambda one: one.outside)
+    told = f"In specification are {in_percent(every.share)} of the mechanisms, "
+    told += f"between {least} and {most} {sure}. {worst.name} fails in {worst.outside} of {worst.runs}"
+    reached = _reached(worst)
+    return f"{told}: {worst.specification}{reached and f', the worst reaches {reached}'}."
+
+
+def _reached(share: Share) -> str:
+    """The simulated value that is farthest outside of the limits, or nearest to them; empty if all failed."""
+    if np.all(np.isnan(share.lowest)):
+        return ""
+    (lower, upper), lowest, highest = share.limits, np.nanmin(share.lowest), np.nanmax(share.highest)
+    value = float(lowest if lower - lowest >= highest - upper else highest)
+    known = [limit for limit in share.limits if math.isfinite(limit)]
+    return Form.of((value, *known), share.unit, share.specification.written).text(value)
 
 
 def requirements(conformance: Conformance | None) -> list[Table]:
@@ -74,12 +91,14 @@ def requirements(conformance: Conformance | None) -> list[Table]:
         return []
     rows: list[list[Cell]] = []
     for name, one in conformance.items():
-        word = "kept by all" if one.outside == 0 else "kept by most" if one.share >= 0.5 else "kept by few"
-        judged: Judgment = "good" if one.outside == 0 else "fair" if one.share >= 0.5 else "bad"
-        limits = str(one.specification) if len(conformance) == 1 or name != "all" else "all of them"
-        shares = map(percent, (one.share, one.lower, one.upper))
-        rows.append([name, limits, *shares, f"{one.outside} of {one.runs}", Verdict(word, judged)])
-    head = ["requirement", "limits", "in specification", "at least", "at most", "outside", "verdict"]
+        is_kept, is_one = one.outside == 0, len(conformance) == 1 or name != "all"
+        verdict = Verdict(
+            "kept" if is_kept else f"fails in {one.outside} of {one.runs}", "good" if is_kept else "bad"
+        )
+        limits, reached = (str(one.specification), _reached(one) or "-") if is_one else ("all of them", "-")
+        shares = map(in_percent, (one.share, one.lower, one.upper))
+        rows.append([name, limits, reached, *shares, verdict])
+    head = ["requirement", "limits", "worst", "in specification", "at least", "at most", "verdict"]
     return [Table("The requirements", head, rows)]
 
 
@@ -138,7 +157,7 @@ def _force(result: StudyResult) -> Iterator[str]:
         yield f"The largest force is {most}, {name}; without tolerances it is {without}."
 
 
-def _tolerance(feature: FeatureResult | None) -> Iterator[str]:
+def _tolerance(result: StudyResult, feature: FeatureResult | None) -> Iterator[str]:
     """The tolerance that narrows most what the reader asked for."""
     if feature is None:
         return
@@ -148,13 +167,30 @@ def _tolerance(feature: FeatureResult | None) -> Iterator[str]:
         return
     first = ranking.rows[0]
     if first.helps:
-        text = f"The tolerance of {first.parameter} matters most: half of it narrows the range of "
-        yield f"{text}{feature.name} by {first.narrowing}."
+        yield _halved(result, feature, first)
     elif ranking.scatter.value > 0.5:
         part = f"{100.0 * ranking.scatter.value:.0f} %"
         yield f"No tolerance matters much for {feature.name}: {part} of its spread is scatter of impacts."
     else:
         yield f"No single tolerance is certain to narrow the range of {feature.name}."
+
+
+def _halved(result: StudyResult, feature: FeatureResult, rank: Rank) -> str:
+    """What half the tolerance of a parameter makes of the spread of a feature."""
+    name, side = rank.parameter, feature.intervals[rank.parameter]
+    nominal = side.nominal
+    half = Interval(nominal - 0.5 * (nominal - side.lower), nominal + 0.5 * (side.upper - nominal), nominal)
+    unit, written = result.units.get(name, ""), result.written_for(name)
+    (_, now), (_, then) = (format_tolerance(one, unit, written) for one in (side, half))
+    wide = float(np.ptp(np.quantile(feature.values, ENDS)))
+    # The least narrowing leaves the widest spread.
+    left = [wide * (1.0 - by) for by in (rank.narrowing.value, rank.narrowing.upper, rank.narrowing.lower)]
+    form = Form.of(feature.ends, feature.unit, feature.written)
+    before, after, least, most = (form.difference(value) for value in (wide, *left))
+    return (
+        f"The tolerance of {name} matters most: with {then} instead of {now}, {feature.name} of 95 % of the "
+        f"mechanisms spreads over {after} ({least} to {most}) instead of {before}."
+    )
 
 
 def _judged(result: StudyResult, conformance: Conformance | None) -> FeatureResult | None:

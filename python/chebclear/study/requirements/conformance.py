@@ -119,8 +119,8 @@ class Share(records.ArrayRecord):
         return f"<Share of {self.name}: {self}>"
 
     def __str__(self) -> str:
-        text = f"{_percent(self.share)} in specification, between {_percent(self.lower)} and "
-        text += f"{_percent(self.upper)} with {100.0 * self.confidence:.4g} % confidence"
+        text = f"{in_percent(self.share)} in specification, between {in_percent(self.lower)} and "
+        text += f"{in_percent(self.upper)} with {100.0 * self.confidence:.4g} % confidence"
         text += f" ({self.outside or 'none'} of {self.runs} outside"
         if self.failed:
             text += f", of which {self.failed} failed"
@@ -175,7 +175,7 @@ class Conformance(records.Saved, Named[Share], kind="conformance"):
         """One row for each specification."""
         rows = []
         for name, one in self.shares.items():
-            shares = map(_percent, (one.share, one.lower, one.upper))
+            shares = map(in_percent, (one.share, one.lower, one.upper))
             rows.append([name, str(one.specification), *shares, str(one.outside), str(one.runs)])
         heads = ["specification", "limits", "share", "at least", "at most", "outside", "runs"]
         return Table("Shares in specification", heads, rows)
@@ -236,7 +236,7 @@ def share_of(
     )
 
 
-def _percent(share: float) -> str:
+def in_percent(share: float) -> str:
     """A share in percent, with as many digits as tell it from 0 and 100."""
     rest = min(share, 1.0 - share)
     digits = 2 if rest <= 0.0 else max(1, 1 - math.floor(math.log10(100.0 * rest)))
