@@ -6,7 +6,7 @@ import json
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 from zlib import crc32
 
 import numpy as np
@@ -146,10 +146,16 @@ class ShareDifference(Shown):
         """Share of the second less that of the first [-]."""
         return (self.only_second - self.only_first) / self.pairs
 
+    @property
+    def better(self) -> Literal["first", "second"] | None:
+        """The design of which more keep to it; None where the pairs do not show one."""
+        return "second" if self.lower > 0.0 else "first" if self.upper < 0.0 else None
+
     def __str__(self) -> str:
+        which = "neither design is shown to be" if self.better is None else f"the {self.better} design is"
         first, second = (f"{100.0 * share:.3g} %" for share in self.shares)
         points = [f"{100.0 * one:+.3g}" for one in (self.difference, self.lower, self.upper)]
-        text = f"{self.name}: {first} and {second} in specification, {points[0]} points, "
+        text = f"{self.name}: {which} better; {first} and {second} in specification, {points[0]} points, "
         text += f"between {points[1]} and {points[2]} (of {self.pairs} pairs {self.only_second} keep to it "
         return f"{text}in the second design alone, {self.only_first} in the first alone)"
 
@@ -207,8 +213,9 @@ class Contrast(WithNotices, html.Tabled, html.Reported, Named["Difference | Shar
         for one in self.requirements.values():
             shares = [f"{100.0 * share:.3g} %" for share in one.shares]
             points = [f"{100.0 * part:+.3g}" for part in (one.difference, one.lower, one.upper)]
-            rows.append([one.name, *shares, points[0], f"{points[1]} to {points[2]}", str(one.pairs)])
-        head = ["requirement", "first", "second", "difference [points]", "between", "pairs"]
+            ends = f"{points[1]} to {points[2]}"
+            rows.append([one.name, *shares, points[0], ends, str(one.pairs), one.better or "not shown"])
+        head = ["requirement", "first", "second", "difference [points]", "between", "pairs", "better"]
         return Table("Shares in specification", head, rows)
 
     def _document(self, title: str | None) -> Document:

@@ -46,7 +46,11 @@ def test_shares_differ_as_the_normal_distribution_says():
         expected.append(1.0 - whole.cdf(0.05))
     np.testing.assert_allclose(found.shares, expected, atol=0.02)
     assert found.lower < expected[1] - expected[0] < found.upper
-    assert found.lower > 0.0
+    assert found.lower > 0.0 and found.better == "second" and "the second design is better" in str(found)
+    turned = cc.contrast(narrow, wide, limit, 2000, rng=3)
+    assert turned["loose"].better == "first" and turned.requirements_table.rows[0][-1] == "first"
+    few = cc.contrast(wide, narrow, limit, 6, rng=3)["loose"]
+    assert few.better is None and "neither design is shown to be better" in str(few)
     assert found.only_first + found.only_second + found.both + found.neither == 2000
     assert found.difference == pytest.approx(found.shares[1] - found.shares[0])
 
