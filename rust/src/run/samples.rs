@@ -21,8 +21,8 @@ pub(crate) struct Samples<'a> {
     needs: Needs,
     /// Rows near a change point, where forces in the loops are not known.
     pub(crate) unknown: usize,
-    /// The first other row with an output that is infinite: forces or energies that overflow. What is not known is no number.
-    infinite: Option<usize>,
+    /// The first other row with an output that is no finite number: forces or energies that overflow.
+    lost: Option<usize>,
     /// The work up to the present step, while that of the motion is up to a sample inside it.
     work_of_steps: Work,
 }
@@ -43,7 +43,7 @@ impl<'a> Samples<'a> {
             taken: 0,
             due: None,
             unknown: 0,
-            infinite: None,
+            lost: None,
             work_of_steps: Work::default(),
         };
         samples.find_due();
@@ -68,9 +68,9 @@ impl<'a> Samples<'a> {
         self.taken.checked_sub(1).map_or(f64::NEG_INFINITY, |index| self.time(index))
     }
 
-    /// Instant of the first row with an infinite output [s]; it is taken back with those after it.
-    pub(crate) fn first_infinite(&mut self) -> Option<f64> {
-        self.taken = self.infinite?;
+    /// Instant of the first row with an output that is no finite number [s]; it is taken back with those after it.
+    pub(crate) fn first_lost(&mut self) -> Option<f64> {
+        self.taken = self.lost?;
         Some(self.time(self.taken))
     }
 
@@ -134,8 +134,9 @@ impl<'a> Samples<'a> {
         for (value, column) in row.iter_mut().zip(&self.columns) {
             *value = column.value(&motion.dynamics, &motion.work);
         }
-        if !unknown && self.infinite.is_none() && row.iter().any(|value| value.is_infinite()) {
-            self.infinite = Some(self.taken);
+        let is_lost = |value: &f64| value.is_infinite() || value.is_nan() && !motion.work.is_unknown();
+        if self.lost.is_none() && row.iter().any(is_lost) && !motion.dynamics.is_near_change_point() {
+            self.lost = Some(self.taken);
         }
         self.taken += 1;
         self.find_due();

@@ -308,7 +308,7 @@ pub fn record<'a>(
         outcome.time = system.samples.last_taken().max(from);
     }
     // The motion itself may go on where a force or an energy is beyond the largest number.
-    if let Some(time) = system.samples.first_infinite() {
+    if let Some(time) = system.samples.first_lost() {
         (outcome.status, outcome.time) = (Status::NonFinite, time);
     }
     if outcome.status != Status::Cancelled {

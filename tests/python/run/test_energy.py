@@ -287,3 +287,15 @@ def test_looking_at_energies_changes_no_step():
     )
     assert asked.stats.steps == not_asked.stats.steps
     np.testing.assert_array_equal(asked["slider.vx"], not_asked["slider.vx"])
+
+
+@pytest.mark.parametrize("name", ["energy.kinetic", "energy.balance"])
+def test_an_energy_beyond_the_largest_number_ends_a_run(name):
+    """A balance of infinite energies is no number at all."""
+    slide = cc.Prismatic("slide", "ground", "block", axis=(1.0, 0.0))
+    start = [cc.JointStart("slide", 0.0, 1e6)]
+    scene = cc.Scene([cc.Body("block", 1e300, 1e300)], [slide], start=start)
+    given = {"duration": 1.0, "samples": 5, "on_failure": "return"}
+    run = cc.simulate(scene, outputs=["block.x", name], **given)
+    assert run.status == "non_finite" and run.end_time == 0.0
+    assert cc.simulate(scene, outputs=["block.x"], **given)["block.x"][-1] == pytest.approx(1e6)

@@ -51,6 +51,11 @@ impl Work {
         Self { contacts, dry_joints: vec![0.0; dry_joints], ..Self::default() }
     }
 
+    /// Whether it is unknown.
+    pub fn is_unknown(&self) -> bool {
+        [self.start_energy, self.input, self.damping].iter().all(|of| of.is_nan())
+    }
+
     /// The same, unknown (NaN).
     pub fn unknown(joints: usize, dry_joints: usize) -> Self {
         let loss = ContactLoss { impact: f64::NAN, friction: f64::NAN, wear: f64::NAN };
