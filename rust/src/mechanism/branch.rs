@@ -4,6 +4,7 @@ use crate::numerics::accuracy::SINGULAR;
 use nalgebra::DMatrix;
 
 /// Conditions of the assembly and the coordinates that they depend on.
+#[derive(Clone, Debug)]
 pub(crate) struct Group {
     /// Rows of the Jacobian.
     pub(crate) rows: Vec<usize>,
@@ -18,23 +19,28 @@ pub(crate) struct Group {
 /// each other without passing there have the same signs. Pairs of links (dyads) are split off one after the other;
 /// what then remains is one group. Dyads have two ways to close, which their sign tells apart; larger groups can have
 /// more than two. Conditions that leave coordinates free have no sign.
-pub(crate) fn branch(jacobian: &DMatrix<f64>, mut groups: Vec<Group>) -> Vec<i8> {
-    let mut signs = Vec::new();
+pub(crate) fn branch(jacobian: &DMatrix<f64>, groups: Vec<Group>) -> Vec<i8> {
+    settling(groups).iter().map(|group| sign(jacobian, group)).collect()
+}
+
+/// The groups that settle as many coordinates as they have rows, once those before them have settled theirs.
+pub(crate) fn settling(mut groups: Vec<Group>) -> Vec<Group> {
+    let mut settled: Vec<Group> = Vec::new();
     while let Some(index) = groups.iter().position(|group| group.columns.len() == group.rows.len()) {
-        let settled = groups.remove(index);
-        signs.push(sign(jacobian, &settled));
+        let group = groups.remove(index);
         for other in &mut groups {
-            other.columns.retain(|column| !settled.columns.contains(column));
+            other.columns.retain(|column| !group.columns.contains(column));
         }
+        settled.push(group);
     }
     let rows: Vec<usize> = groups.iter().flat_map(|group| group.rows.iter().copied()).collect();
     let mut columns: Vec<usize> = groups.iter().flat_map(|group| group.columns.iter().copied()).collect();
     columns.sort_unstable();
     columns.dedup();
     if !rows.is_empty() && rows.len() == columns.len() {
-        signs.push(sign(jacobian, &Group { rows, columns }));
+        settled.push(Group { rows, columns });
     }
-    signs
+    settled
 }
 
 fn sign(jacobian: &DMatrix<f64>, group: &Group) -> i8 {

@@ -1,6 +1,7 @@
 //! One run: a mechanism through time. In: a mechanism and settings; out: a [`trajectory::Trajectory`] of
 //! samples, events and contacts. Uses `integrators`, `dynamics`, `mechanism` and the rooms below them.
 
+mod branch;
 pub mod contacts;
 pub mod features;
 mod motion;

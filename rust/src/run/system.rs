@@ -9,6 +9,7 @@ use crate::integrators::events::Guard;
 use crate::integrators::{HybridSystem, Limits, Projection, StateInside, Status};
 use crate::mechanism::compiled::Mechanism;
 use crate::numerics::instant::Instant;
+use crate::run::branch::Branch;
 use crate::run::contacts::dry_joints::{find_held, hold_still};
 use crate::run::contacts::phases::Phases;
 use crate::run::features::Plan;
@@ -40,6 +41,8 @@ pub(crate) struct System<'a> {
     has_dampers: bool,
     /// Loads and drives that no step may step over.
     pub(crate) inputs: Inputs<'a>,
+    /// The branch of its loops.
+    branch: Branch,
     /// Accelerations at the start of the step.
     start: Vec<f64>,
     /// Largest correction that closed the loops after a step [m].
@@ -72,6 +75,7 @@ impl<'a> System<'a> {
             samples,
             has_dampers: mechanism.tree.has_dampers(),
             inputs: Inputs::of(mechanism),
+            branch: Branch::of(mechanism),
             start: vec![0.0; mechanism.degrees_of_freedom()],
             largest_projection: 0.0,
             warnings: of_scene(mechanism),
@@ -130,6 +134,7 @@ impl HybridSystem for System<'_> {
         if !self.motion.dynamics.is_at(t.into(), q, v) {
             self.motion.dynamics.move_to(t, q, v);
         }
+        self.branch.begin(&self.motion.dynamics, self.motion.mechanism, v);
         self.motion.dynamics.accelerate(a);
         self.phases.watch(&mut self.motion, &mut self.balance, t);
         self.start.copy_from_slice(a);
@@ -236,13 +241,15 @@ impl HybridSystem for System<'_> {
         };
         let corrections = self.motion.dynamics.corrections();
         let excess = self.phases.tolerances.excess(&mechanism.scales, &correction, corrections);
-        if excess <= 1.0 {
+        if excess > 1.0 {
+            Projection::TooLarge(excess)
+        } else if !self.branch.holds(&self.motion.dynamics, mechanism, v) {
+            Projection::Singular
+        } else {
             let [positions, _] = corrections;
             let largest = mechanism.scales.largest_of_all(positions);
             self.largest_projection = self.largest_projection.max(largest);
             self.hold_still(t, q, v, Projection::Done)
-        } else {
-            Projection::TooLarge(excess)
         }
     }
 
@@ -260,6 +267,7 @@ impl HybridSystem for System<'_> {
     }
 
     fn accepted(&mut self, step: &DenseStep) -> Result<(), Status> {
+        self.branch.go_on();
         let motion = &mut self.motion;
         if step.h > 0.0 {
             self.phases.log.accepted(step, motion);

@@ -73,6 +73,11 @@ impl Dynamics<'_> {
         }
     }
 
+    /// Rows of the closures in the state last evaluated by [`Dynamics::acceleration`] or [`Dynamics::project`].
+    pub fn closure_rows(&self) -> &[f64] {
+        &self.loops.e
+    }
+
     /// Writes the rows of the closures in a state, which is not evaluated further.
     pub fn write_closures(&mut self, t: f64, q: &[f64], v: &[f64], rows: &mut Vec<f64>) {
         self.move_to(t, q, v);
