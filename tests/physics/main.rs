@@ -27,6 +27,7 @@ mod dynamics {
     pub(crate) mod cartesian;
     pub(crate) mod constraints;
     mod couplings;
+    mod elements;
     mod expressions;
     mod films;
     pub(crate) mod guides;

@@ -45,15 +45,10 @@ impl Dynamics<'_> {
     /// Potential energy of gravity, zero at the origin, and of the springs [J].
     pub fn potential_energy(&self) -> f64 {
         let tree = self.tree;
-        let elastic = |stiffness: f64, deflection: f64| 0.5 * stiffness * deflection.powi(2);
         let bodies = tree.inertias.iter().chain(&tree.driven_inertias);
         let heights = bodies
             .map(|body| -body.mass * tree.gravity.dot(&self.states[body.frame].point(body.center).position));
-        let links =
-            tree.links.iter().map(|link| elastic(link.stiffness, self.link_motion(link)[0] - link.length));
-        let torsions = tree.torsions.iter().map(|one| elastic(one.stiffness, self.torsion_motion(one)[0]));
-        let bushings = tree.bushings.iter().map(|one| elastic(one.stiffness, self.bushing_deflection(one).0));
-        heights.sum::<f64>() + links.sum::<f64>() + torsions.sum::<f64>() + bushings.sum::<f64>()
+        heights.sum::<f64>() + tree.forces.iter().map(|element| self.work_of(element).stored).sum::<f64>()
     }
 
     /// Elastic energy of a contact [J], after [`Dynamics::find_contacts`].
@@ -180,38 +175,12 @@ impl Dynamics<'_> {
         sectors[(turns.rem_euclid(1.0) * count as f64) as usize % count] += wear;
     }
 
-    /// Power of the drives, of the applied forces and torques and of further tensions [W]; after
+    /// Power of the drives, and of what formulas and functions of time exert [W]; after
     /// [`Dynamics::find_reactions`].
     pub fn input_power(&self) -> f64 {
-        let tree = self.tree;
-        let drives = (0..tree.driven.len()).map(|index| self.drive_power(index));
-        let forces = tree.applied_forces.iter();
-        let forces = forces.map(|one| self.applied_force(one).dot(&self.point(one.point).velocity));
-        let torques = tree.applied_torques.iter().map(|applied| {
-            let [back, on] = applied.frames.map(|frame| self.states[frame].angular_velocity);
-            self.load(&applied.torque) * (on - back)
-        });
-        let pulls = tree.pulls.iter();
-        let pulls = pulls.map(|one| -self.load(&one.tension) * self.link_motion(&tree.links[one.link])[1]);
-        drives.sum::<f64>()
-            + forces.sum::<f64>()
-            + torques.sum::<f64>()
-            + pulls.sum::<f64>()
-            + self.formula_power()
-    }
-
-    /// Power of what bushings exert by formulas of their stiffness [W].
-    fn formula_power(&self) -> f64 {
-        let stiffness = |index: Option<usize>| self.coefficients([0.0; 2], [index, None])[0];
-        let bushings = self.tree.bushings.iter().map(|bushing| {
-            let [e, rate] = self.between(bushing.points);
-            -stiffness(bushing.formulas[0]) * e.dot(&rate)
-        });
-        let torsions = self.tree.torsions.iter().map(|torsion| {
-            let [angle, rate] = self.torsion_motion(torsion);
-            -stiffness(torsion.formulas[0]) * angle * rate
-        });
-        bushings.chain(torsions).sum()
+        let drives = (0..self.tree.driven.len()).map(|index| self.drive_power(index));
+        let forces = self.tree.forces.iter().map(|element| self.work_of(element).input);
+        drives.sum::<f64>() + forces.sum::<f64>()
     }
 
     /// The same by the balance of power: that of the inertial forces and gravity less that of contacts, springs
@@ -232,34 +201,21 @@ impl Dynamics<'_> {
             let [force_x, force_y] = state.force;
             force_x * motion.rate[0] + force_y * motion.rate[1] + state.friction_force * motion.spin
         });
-        let links = tree.links.iter().map(|link| {
-            let [length, rate] = self.link_motion(link);
-            -link.tension(length, rate) * rate
+        let forces = tree.forces.iter().map(|element| {
+            self.exerted(element).power(&self.relative_motion(element)) - self.work_of(element).input
         });
-        let torsions = tree
-            .torsions
-            .iter()
-            .map(|torsion| self.torsion_torque(torsion) * self.torsion_motion(torsion)[1]);
-        let bushings = tree.bushings.iter().map(|bushing| {
-            let (force, moment) = self.bushing_force(bushing);
-            force.dot(&self.between(bushing.points)[1])
-                - moment * self.states[bushing.points[0].frame].angular_velocity
-        });
-        let films = tree.films.iter().map(|film| -self.film_loss(film));
         let closures =
             tree.closures.iter().enumerate().map(|(index, closure)| {
                 self.closure_force(index).dot(&self.between([closure.a, closure.b])[1])
             });
         inertial.sum::<f64>()
             - contacts.sum::<f64>()
-            - links.chain(torsions).sum::<f64>()
-            - bushings.chain(films).sum::<f64>()
+            - forces.sum::<f64>()
             - closures.sum::<f64>()
             - self.coupling_power()
             - (0..tree.dry_joints.len())
                 .map(|index| self.dry_effort(index) * self.dry_velocity(index))
                 .sum::<f64>()
-            + self.formula_power()
     }
 
     /// Power of a drive [W]; after [`Dynamics::find_reactions`].
@@ -270,15 +226,6 @@ impl Dynamics<'_> {
 
     /// Power dissipated in dampers and oil films [W].
     pub fn damping_loss(&self) -> f64 {
-        let tree = self.tree;
-        let links = tree.links.iter().map(|link| link.damping * self.link_motion(link)[1].powi(2));
-        let torsions = tree.torsions.iter().map(|torsion| {
-            let [_, damping] = self.coefficients([0.0, torsion.damping], torsion.formulas);
-            damping * self.torsion_motion(torsion)[1].powi(2)
-        });
-        let bushings = tree.bushings.iter();
-        let bushings = bushings.map(|one| self.bushing_coefficients(one)[1] * self.bushing_deflection(one).1);
-        let films = tree.films.iter().map(|film| self.film_loss(film));
-        links.sum::<f64>() + torsions.sum::<f64>() + bushings.chain(films).sum::<f64>()
+        self.tree.forces.iter().map(|element| self.work_of(element).lost).sum()
     }
 }

@@ -47,16 +47,6 @@ impl Dynamics<'_> {
         }
     }
 
-    /// Rate of a force or torque with the motion kept [N/s or N m/s]; that of a function of the motion comes with its
-    /// other derivatives.
-    #[inline]
-    pub(super) fn load_rate(&self, load: &Load) -> f64 {
-        match load {
-            Load::Time(function) => function.at(self.t)[1],
-            Load::Motion(_) => 0.0,
-        }
-    }
-
     /// Value of a function of the motion [N or N m], after [`Dynamics::move_to`].
     pub fn motion_load(&self, load: &MotionLoad) -> f64 {
         let variables = self.variables(load);
@@ -271,8 +261,15 @@ impl Dynamics<'_> {
             Measure::Angle([a, b], offset) => self.angle(b) - self.angle(a) + offset,
             Measure::Coordinate(column) if is_rate => self.coordinates[column].velocity,
             Measure::Coordinate(column) => self.coordinate(column).position,
-            Measure::Distance(points) => self.between(points)[0].norm(),
-            Measure::Length(link) => self.link_motion(&self.tree.links[link])[usize::from(is_rate)],
+            Measure::Length(points, indistinct) => {
+                let [e, rate] = self.between(points);
+                let length = e.norm();
+                match is_rate {
+                    false => length,
+                    true if length > indistinct => rate.dot(&e) / length,
+                    true => 0.0,
+                }
+            }
             Measure::Contact(slot, quantity) => {
                 let state = self.contact_of(&self.tree.slots[slot], self.phases[slot]).state;
                 match (quantity, self.phases[slot]) {
@@ -291,10 +288,6 @@ impl Dynamics<'_> {
     fn rate(&self, Variable { of, is_rate }: Variable) -> f64 {
         match of {
             Measure::Time => 1.0,
-            Measure::Distance(points) => {
-                let [e, rate] = self.between(points);
-                rate.dot(&e) / e.norm()
-            }
             Measure::Contact(slot, ContactQuantity::Penetration) => {
                 let of = Measure::Contact(slot, ContactQuantity::PenetrationRate);
                 self.variable(Variable { of, is_rate })
@@ -314,8 +307,8 @@ impl Dynamics<'_> {
                 self.states[b].angular_acceleration - self.states[a].angular_acceleration
             }
             Measure::Coordinate(column) => self.coordinates[column].acceleration,
-            Measure::Length(link) => {
-                let [a, b] = self.tree.links[link].points.map(|point| self.point(point));
+            Measure::Length(points, _) => {
+                let [a, b] = points.map(|point| self.point(point));
                 let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
                 let (length, lengthening) = (e.norm(), rate.dot(&e) / e.norm());
                 let along = (b.acceleration - a.acceleration).dot(&e) / length;
@@ -367,7 +360,7 @@ impl Dynamics<'_> {
                 (stiffness * length, stiffness * position)
             }
             Measure::Contact(..) => (speed, velocity),
-            Measure::Position(..) | Measure::Coordinate(_) | Measure::Distance(_) | Measure::Length(_) => {
+            Measure::Position(..) | Measure::Coordinate(_) | Measure::Length(..) => {
                 if is_rate {
                     (speed, velocity)
                 } else {
@@ -402,12 +395,7 @@ impl Dynamics<'_> {
                 // The derivatives of a law come with those of its contact.
                 Measure::Contact(..) => {}
                 Measure::Coordinate(column) => own[column] += slope,
-                Measure::Distance(_) | Measure::Length(_) => {
-                    let points = match of {
-                        Measure::Length(link) => self.tree.links[link].points,
-                        Measure::Distance(points) => points,
-                        _ => continue,
-                    };
+                Measure::Length(points, _) => {
                     let [a, b] = points.map(|point| self.point(point));
                     let (e, rate) = (b.position - a.position, b.velocity - a.velocity);
                     let length = e.norm();

@@ -15,7 +15,6 @@
 mod contacts;
 mod couplings;
 mod energy;
-mod films;
 mod forces;
 mod friction;
 mod inertia;

@@ -5,8 +5,7 @@
 //! solving for them.
 
 use super::Dynamics;
-use crate::contact::film::FilmForce;
-use crate::tree::elements::{FramePoint, Realization};
+use crate::tree::elements::Realization;
 use crate::tree::kinematics::Vec2;
 
 /// A force and a moment.
@@ -84,57 +83,17 @@ impl Dynamics<'_> {
                 supply(body, Wrench::at(position, sign * force, sign * moment));
             }
         }
-        for link in &tree.links {
-            self.supply_pair(link.points, link.bodies, self.link_force(link), supply);
-        }
-        for bushing in &tree.bushings {
-            let (force, moment) = self.bushing_force(bushing);
-            let [a, b] = bushing.points.map(|point| self.point(point).position);
-            let [first, second] = bushing.bodies;
-            supply(first, Wrench::at(a, -force, -moment));
-            supply(second, Wrench::at(b, force, 0.0));
-        }
-        for film in &tree.films {
-            let FilmForce { force, torques: [on_journal, on_bearing] } = self.film_force(film);
-            let [a, b] = film.points.map(|point| self.point(point).position);
-            let ([bearing, journal], force) = (film.bodies, Vec2::from(force));
-            supply(bearing, Wrench::at(a, -force, on_bearing));
-            supply(journal, Wrench::at(b, force, on_journal));
-        }
-        for pull in &tree.pulls {
-            let link = &tree.links[pull.link];
-            self.supply_pair(link.points, link.bodies, self.pull_force(pull), supply);
-        }
-        let torsions = tree.torsions.iter().map(|torsion| (torsion.bodies, self.torsion_torque(torsion)));
-        let torques = tree.applied_torques.iter().map(|applied| (applied.bodies, self.load(&applied.torque)));
-        for (bodies, torque) in torsions.chain(torques) {
-            for (body, sign) in bodies.into_iter().zip([-1.0, 1.0]) {
-                supply(body, Wrench { force: Vec2::zeros(), moment: sign * torque });
-            }
-        }
-        for applied in &tree.applied_forces {
-            let force = self.applied_force(applied);
-            supply(applied.body, Wrench::at(self.point(applied.point).position, force, 0.0));
-        }
+        self.each_force(supply);
         for (index, closure) in tree.closures.iter().enumerate() {
             let force = self.closure_reaction(index);
-            self.supply_pair([closure.a, closure.b], closure.bodies, force, supply);
+            for ((point, body), sign) in
+                [closure.a, closure.b].into_iter().zip(closure.bodies).zip([-1.0, 1.0])
+            {
+                supply(body, Wrench::at(self.point(point).position, sign * force, 0.0));
+            }
         }
         self.each_coupling_load(supply);
         self.each_friction_load(supply);
-    }
-
-    /// Calls `supply` with a force on the second of two points and its reaction on the first.
-    fn supply_pair(
-        &self,
-        points: [FramePoint; 2],
-        bodies: [Option<usize>; 2],
-        force: Vec2,
-        supply: &mut impl FnMut(Option<usize>, Wrench),
-    ) {
-        for ((point, body), sign) in points.into_iter().zip(bodies).zip([-1.0, 1.0]) {
-            supply(body, Wrench::at(self.point(point).position, sign * force, 0.0));
-        }
     }
 
     /// Force of a loop closure on its second point [N].

@@ -27,34 +27,13 @@ impl Accelerance {
     }
 }
 
-/// How a load acts, by the index of what exerts it.
+/// A load of a force element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Acting {
-    /// As a component of an applied force.
-    Force {
-        /// Index of the force.
-        index: usize,
-        /// Its axis.
-        axis: usize,
-    },
-    /// As a torque on the second frame, and its reaction on the first.
-    Couple([usize; 2]),
-    /// As the further tension of a spring or damper.
-    Pull(usize),
-    /// As the stiffness or damping of a bushing.
-    Bushing {
-        /// Index of the bushing.
-        index: usize,
-        /// Which of both.
-        is_damping: bool,
-    },
-    /// The same of a torsion spring.
-    Torsion {
-        /// Index of the spring.
-        index: usize,
-        /// Which of both.
-        is_damping: bool,
-    },
+pub struct Acting {
+    /// Index of the force element.
+    pub force: usize,
+    /// Place among its loads.
+    pub place: usize,
 }
 
 impl Dynamics<'_> {
@@ -63,7 +42,7 @@ impl Dynamics<'_> {
     pub fn response_to(&mut self, acting: Acting, scales: &Scales, tolerance: &dyn Fn(usize) -> f64) -> f64 {
         let mut response = std::mem::take(&mut self.scratch);
         response.fill(0.0);
-        self.add_unit(acting, &mut response);
+        self.add_per_unit(&self.tree.forces[acting.force], acting.place, &mut response);
         symmetric_solve(&self.mass, response.len(), &mut response);
         if !self.loops.right.is_empty() {
             self.loops.right.fill(0.0);
@@ -73,38 +52,6 @@ impl Dynamics<'_> {
         let largest = (0..scales.components.len()).map(of).fold(0.0, f64::max);
         self.scratch = response;
         largest
-    }
-
-    /// Adds the generalized force of a load of one unit.
-    fn add_unit(&self, acting: Acting, forces: &mut [f64]) {
-        let tree = self.tree;
-        let mut add_pair = |points: [FramePoint; 2], force: Vec2| {
-            let positions = points.map(|point| self.point(point).position);
-            self.add_pair(points, positions, force, [0.0; 2], forces);
-        };
-        match acting {
-            Acting::Force { index, axis } => {
-                let force = self.component(&tree.applied_forces[index], axis);
-                // Ground does not move.
-                let ground = FramePoint { frame: 0, offset: Vec2::zeros() };
-                add_pair([ground, tree.applied_forces[index].point], force);
-            }
-            Acting::Pull(index) => {
-                let points = tree.links[tree.pulls[index].link].points;
-                let [e, _] = self.between(points);
-                add_pair(points, e / e.norm());
-            }
-            Acting::Bushing { index, is_damping } => {
-                let points = tree.bushings[index].points;
-                add_pair(points, self.between(points)[usize::from(is_damping)]);
-            }
-            Acting::Torsion { index, is_damping } => {
-                let torsion = &tree.torsions[index];
-                let torque = self.torsion_motion(torsion)[usize::from(is_damping)];
-                self.add_couple(torsion.frames, torque, forces);
-            }
-            Acting::Couple(frames) => self.add_couple(frames, 1.0, forces),
-        }
     }
 
     /// Accelerance of the second point relative to the first, after [`Dynamics::acceleration`]: with all

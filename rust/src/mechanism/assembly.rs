@@ -237,17 +237,17 @@ fn two_ways(dynamics: &mut Dynamics, scene: &Scene, q: &[f64], other: &[f64]) ->
 /// Checks that no spring with a natural length, and no damper, starts with its two points in one place, where
 /// it has no direction: that of a distance to which loops are closed is a rounding error.
 fn check_directions(tree: &Tree, dynamics: &Dynamics, length: f64) -> Result<(), InputError> {
-    let lost = tree.links.iter().filter(|link| {
-        let [a, b] = link.points.map(|point| dynamics.point(point).position);
+    let lost = tree.links().filter(|(_, points, link)| {
+        let [a, b] = points.map(|point| dynamics.point(point).position);
         link.indistinct > 0.0 && (b - a).norm() <= ROUNDING_OF_SOLUTION * length
     });
     let problems: Vec<Problem> = lost
-        .map(|link| {
+        .map(|(element, ..)| {
             Problem::new(
                 "forces",
                 format!(
                     "the two points of {:?} coincide at the start: its force has no direction there; start elsewhere",
-                    link.name
+                    element.name
                 ),
             )
         })

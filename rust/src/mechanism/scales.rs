@@ -6,6 +6,7 @@ use crate::error::Notice;
 use crate::numerics::accuracy::EQUAL;
 use crate::scene::time_function::TimeFunction;
 use crate::tree::elements::{ContactScales, ContactSlot, FrameInertia, State, Tree};
+use crate::tree::forces::{Ends, ForceElement, ForceLaw};
 use crate::tree::kinematics::{FrameKind, Vec2};
 use crate::tree::loads::Load;
 
@@ -21,27 +22,23 @@ fn components_of_frames(tree: &Tree) -> Vec<Option<usize>> {
 /// The forces and torques that act on a component at the start, each with the size [m] of the lever arm at which it acts as
 /// a force.
 struct Loads<'a> {
-    forces: Vec<&'a [Load]>,
-    torques: Vec<&'a Load>,
+    forces: Vec<&'a ForceElement>,
+    torques: Vec<&'a ForceElement>,
 }
 
 impl<'a> Loads<'a> {
     fn on(tree: &'a Tree, component: usize) -> Self {
-        let own = |bodies| tree.components.of(bodies) == Some(component);
-        let applied = tree.applied_forces.iter().filter(|applied| own([applied.body, None]));
-        let pulls = tree.pulls.iter().filter(|pull| own(tree.links[pull.link].bodies));
-        let torques = tree.applied_torques.iter().filter(|applied| own(applied.bodies));
-        Self {
-            forces: applied
-                .map(|applied| &applied.components[..])
-                .chain(pulls.map(|pull| std::slice::from_ref(&pull.tension)))
-                .collect(),
-            torques: torques.map(|applied| &applied.torque).collect(),
-        }
+        // Those of elastic elements are stiffnesses and dampings.
+        let own = tree.forces.iter().filter(|element| {
+            !matches!(element.law, ForceLaw::Elastic(_))
+                && tree.components.of(element.bodies) == Some(component)
+        });
+        let (forces, torques) = own.partition(|element| matches!(element.ends, Ends::Points(_)));
+        Self { forces, torques }
     }
 
     fn all(&self) -> impl Iterator<Item = &'a Load> {
-        self.forces.iter().flat_map(|components| components.iter()).chain(self.torques.iter().copied())
+        self.forces.iter().chain(&self.torques).flat_map(|element| element.loads.iter().flatten())
     }
 }
 
@@ -84,12 +81,13 @@ pub(crate) fn speed_scale(tree: &Tree, dynamics: &Dynamics, component: usize) ->
         Load::Motion(_) => 0.0,
     };
     let Loads { forces, torques } = Loads::on(tree, component);
-    for components in forces {
-        let force: f64 = components.iter().map(|load| size(tree, dynamics, load)).sum();
-        let growing = components.iter().map(|load| in_growing(load, mass));
+    for element in forces {
+        let loads = || element.loads.iter().flatten();
+        let force: f64 = loads().map(|load| size(tree, dynamics, load)).sum();
+        let growing = loads().map(|load| in_growing(load, mass));
         speed = growing.fold(speed.max((force * length / mass).sqrt()), f64::max);
     }
-    for torque in torques {
+    for torque in torques.iter().flat_map(|element| element.loads.iter().flatten()) {
         speed = speed.max((size(tree, dynamics, torque) / mass).sqrt());
         // Like a force at a lever arm of the size of the component.
         speed = speed.max(in_growing(torque, mass * length));
@@ -213,7 +211,7 @@ pub(crate) fn length_of_motion(tree: &Tree, start: &State, component: usize) -> 
     dynamics.accelerate(&linear.a);
     let mass = tree.total_mass(component);
     let loads = Loads::on(tree, component);
-    let force = loads.forces.iter().flat_map(|components| components.iter());
+    let force = loads.forces.iter().flat_map(|element| element.loads.iter().flatten());
     // What a force that varies with time reaches, and how fast.
     let varying = force.filter_map(|load| match load {
         Load::Time(

@@ -7,8 +7,8 @@ use crate::error::Notice;
 use crate::numerics::accuracy::EQUAL;
 use crate::scene::parts::{Drive, GuideShape, Joint, Scene};
 use crate::scene::plausibility::short;
-use crate::tree::elements::{ContactSlot, State, Tree};
-use crate::tree::forces::Link;
+use crate::tree::elements::{ContactSlot, FramePoint, State, Tree};
+use crate::tree::forces::{ForceElement, Link};
 use crate::tree::kinematics::Vec2;
 
 /// Part of the weight of a body below which a spring carries none of it, stretched by the whole of its length: one
@@ -18,35 +18,37 @@ const FEEBLE: f64 = 0.1;
 /// Warnings of springs at the start: those too weak for a weight or for a follower, and those that pull apart what
 /// they should press together.
 pub(super) fn warnings_of_springs(tree: &Tree, start: &State, scene: &Scene) -> Vec<Notice> {
-    if tree.links.is_empty() {
+    if tree.links().next().is_none() {
         return Vec::new();
     }
     let mut dynamics = Dynamics::new(tree);
     dynamics.move_to(0.0, &start.q, &start.v);
-    let springs = tree.links.iter().enumerate().filter(|(_, link)| link.stiffness > 0.0);
-    springs.filter_map(|(index, link)| warning(tree, scene, &dynamics, index, link)).collect()
+    let springs = tree.links().filter(|(_, _, link)| link.stiffness > 0.0);
+    // A further tension may carry what the spring does not.
+    let springs = springs.filter(|(element, ..)| element.loads[0].is_none());
+    springs.filter_map(|spring| warning(tree, scene, &dynamics, &spring)).collect()
 }
 
-fn warning(tree: &Tree, scene: &Scene, dynamics: &Dynamics, index: usize, link: &Link) -> Option<Notice> {
-    let place = scene.forces.iter().position(|force| force.name() == Some(&link.name))?;
-    // A further tension may carry what the spring does not.
-    if tree.pulls.iter().any(|pull| pull.link == index) {
-        return None;
-    }
-    let [a, b] = link.points.map(|point| dynamics.point(point).position);
+fn warning(tree: &Tree, scene: &Scene, dynamics: &Dynamics, spring: &Spring) -> Option<Notice> {
+    let (element, points, _) = spring;
+    let place = scene.forces.iter().position(|force| force.name() == Some(&element.name))?;
+    let [a, b] = points.map(|point| dynamics.point(point).position);
     let span = b - a;
     let of_stops = tree.slots.iter().filter(|slot| is_stop(scene, slot)).find_map(|slot| {
-        let body = *link.bodies.iter().flatten().find(|body| slot.bodies.contains(&Some(**body)))?;
+        let body = *element.bodies.iter().flatten().find(|body| slot.bodies.contains(&Some(**body)))?;
         let stopped = Stopped { slot, body, name: &scene.bodies[body].name, mass: scene.bodies[body].mass };
-        too_slow(scene, link, &stopped).or_else(|| pulling(dynamics, link, &stopped, span))
+        too_slow(scene, spring, &stopped).or_else(|| pulling(dynamics, spring, &stopped, span))
     });
-    let (field, notice) = too_weak(tree, scene, link, span.norm()).or(of_stops)?;
+    let (field, notice) = too_weak(tree, scene, spring, span.norm()).or(of_stops)?;
     let (code, numbers, message) = notice;
     Some(Notice::of_field(code, format!("forces[{place}].{field}"), numbers, message))
 }
 
 /// A field of a spring, and code, numbers and words of its warning.
 type Warning = (&'static str, (&'static str, Vec<(&'static str, f64)>, String));
+
+/// A spring with its ends and its law.
+type Spring<'t> = (&'t ForceElement, [FramePoint; 2], &'t Link);
 
 /// A body at a stop.
 struct Stopped<'s> {
@@ -63,8 +65,8 @@ fn in_newton_per_meter(stiffness: f64) -> String {
 }
 
 /// Of a spring that carries none of the weight of a body.
-fn too_weak(tree: &Tree, scene: &Scene, link: &Link, length: f64) -> Option<Warning> {
-    let bodies = link.bodies.iter().flatten().map(|&body| &scene.bodies[body]);
+fn too_weak(tree: &Tree, scene: &Scene, (element, _, link): &Spring, length: f64) -> Option<Warning> {
+    let bodies = element.bodies.iter().flatten().map(|&body| &scene.bodies[body]);
     let lightest = bodies.filter(|body| body.mass > 0.0).min_by(|a, b| a.mass.total_cmp(&b.mass))?;
     let most = link.stiffness * length.max(link.length);
     let weight = lightest.mass * tree.gravity.norm();
@@ -73,7 +75,7 @@ fn too_weak(tree: &Tree, scene: &Scene, link: &Link, length: f64) -> Option<Warn
     }
     let message = format!(
         "{:?} of {} N/m carries nothing: stretched by its whole length it pulls with {} N, and {:?} weighs {} N; {}",
-        link.name,
+        element.name,
         short(link.stiffness),
         short(most),
         lightest.name,
@@ -85,7 +87,7 @@ fn too_weak(tree: &Tree, scene: &Scene, link: &Link, length: f64) -> Option<Warn
 }
 
 /// Of a spring on which a follower swings more slowly than the drive turns, so that it cannot follow.
-fn too_slow(scene: &Scene, link: &Link, stopped: &Stopped) -> Option<Warning> {
+fn too_slow(scene: &Scene, (element, _, link): &Spring, stopped: &Stopped) -> Option<Warning> {
     let speed = fastest(scene)?;
     let own = (link.stiffness / stopped.mass).sqrt();
     if own >= speed || stopped.slot.bodies.contains(&None) {
@@ -94,7 +96,7 @@ fn too_slow(scene: &Scene, link: &Link, stopped: &Stopped) -> Option<Warning> {
     let message = format!(
         "{:?} of {} N/m cannot keep {:?} at {:?}: with {} kg on it, it swings with {} rad/s, slower than the drive turns, \
          {} rad/s; {}",
-        link.name,
+        element.name,
         short(link.stiffness),
         stopped.name,
         stopped.slot.name,
@@ -108,16 +110,21 @@ fn too_slow(scene: &Scene, link: &Link, stopped: &Stopped) -> Option<Warning> {
 }
 
 /// Of a spring that pulls a body off a stop that it touches at the start.
-fn pulling(dynamics: &Dynamics, link: &Link, stopped: &Stopped, span: Vec2) -> Option<Warning> {
+fn pulling(
+    dynamics: &Dynamics,
+    (element, _, link): &Spring,
+    stopped: &Stopped,
+    span: Vec2,
+) -> Option<Warning> {
     let length = span.norm();
-    let toward = if link.bodies[0] == Some(stopped.body) { span } else { -span };
+    let toward = if element.bodies[0] == Some(stopped.body) { span } else { -span };
     if length - link.length <= EQUAL * length || !parts(dynamics, stopped, toward) {
         return None;
     }
     let message = format!(
         "{:?} pulls {:?} off {:?}, which it touches at the start: the spring is {} m long there, longer than unloaded, \
          {} m; one that presses is longer unloaded",
-        link.name,
+        element.name,
         stopped.name,
         stopped.slot.name,
         short(length),

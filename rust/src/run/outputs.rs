@@ -1,6 +1,5 @@
 //! The named columns of a trajectory.
 
-use crate::contact::film::FilmForce;
 use crate::contact::pair::{Phase, Surfaces};
 use crate::dynamics::{Dynamics, SlotContact, Wrench};
 use crate::error::{InputError, Problem, Subject, meant_or_known};
@@ -8,7 +7,7 @@ use crate::mechanism::compiled::Mechanism;
 use crate::run::work::Work;
 use crate::scene::parts::ENERGY as ENERGY_OUTPUT;
 use crate::tree::elements::{Guide, IdealKind, Realization};
-use crate::tree::forces::Film;
+use crate::tree::forces::Ends;
 use crate::tree::kinematics::{PointState, Vec2};
 
 /// Quantities of a body; x and y are those of its center of mass.
@@ -39,15 +38,6 @@ const ANGLE: [&str; 3] = ["angle", "angular_velocity", "angular_acceleration"];
 const DISPLACEMENT: [&str; 3] = ["displacement", "velocity", "acceleration"];
 /// Reaction of a joint on its second body.
 const REACTION: [&str; 3] = ["reaction_x", "reaction_y", "reaction_torque"];
-/// Quantities of a spring or damper between points; the force is positive where it pulls.
-const LINK: [&str; 3] = ["length", "lengthening", "force"];
-/// Quantities of a bushing; the force is that on the second body.
-const BUSHING: [&str; 3] = ["deflection", "force_x", "force_y"];
-/// Quantities of an oil film; force and torque are those on the journal.
-const FILM: [&str; 6] =
-    ["eccentricity_ratio", "film_force_x", "film_force_y", "film_torque", "film_thickness", "film_loss"];
-/// Quantities of a torsion spring or damper; the torque is that on the second body.
-const TORSION: [&str; 2] = ["angle", "torque"];
 /// What a coupling exerts on an angle or on a displacement: on the driven one, on the driver.
 const COUPLING: [[&str; 2]; 2] = [["torque", "driver_torque"], ["force", "driver_force"]];
 /// Force on the driven teeth, where a pressure angle is given; with backlash the transmission error too.
@@ -77,14 +67,8 @@ pub enum Column {
     Coordinate(usize, usize),
     /// Reaction of an ideal joint.
     Reaction(usize, usize),
-    /// Quantity of a spring or damper.
-    Link(usize, usize),
-    /// Quantity of a bushing.
-    Bushing(usize, usize),
-    /// Quantity of an oil film.
-    Film(usize, usize),
-    /// Quantity of a torsion spring or damper.
-    Torsion(usize, usize),
+    /// Output of a force element.
+    Force(usize, usize),
     /// Quantity of the friction of an ideal joint.
     DryJoint(usize, usize),
     /// Torque or force of a coupling.
@@ -194,17 +178,8 @@ fn further_columns(mechanism: &Mechanism) -> Vec<Named> {
     for (index, driven) in mechanism.driven.iter().enumerate() {
         columns.push((format!("{}.power", driven.name), Column::DrivePower(index)));
     }
-    for (index, link) in mechanism.links.iter().enumerate() {
-        columns.extend(named(&link.name, &LINK, |k| Column::Link(index, k)));
-    }
-    for (index, bushing) in mechanism.bushings.iter().enumerate() {
-        columns.extend(named(&bushing.name, &BUSHING, |k| Column::Bushing(index, k)));
-    }
-    for (index, film) in mechanism.films.iter().enumerate() {
-        columns.extend(named(&film.name, &FILM, |k| Column::Film(index, k)));
-    }
-    for (index, torsion) in mechanism.torsions.iter().enumerate() {
-        columns.extend(named(&torsion.name, &TORSION, |k| Column::Torsion(index, k)));
+    for (index, element) in mechanism.forces.iter().enumerate() {
+        columns.extend(named(&element.name, element.outputs(), |k| Column::Force(index, k)));
     }
     columns.extend(named(ENERGY_OUTPUT, &ENERGY, Column::Energy));
     columns
@@ -302,11 +277,7 @@ impl Needs {
                 }
                 Column::Joint(..) => needs.contacts = true,
                 Column::Guide(_, quantity) => needs.contacts |= (3..6).contains(quantity),
-                Column::Place(..)
-                | Column::Link(..)
-                | Column::Bushing(..)
-                | Column::Film(..)
-                | Column::Torsion(..) => {}
+                Column::Place(..) | Column::Force(..) => {}
             }
         }
         needs.acceleration |= needs.reactions;
@@ -339,20 +310,13 @@ impl Column {
                 let reaction = dynamics.reaction(index);
                 [reaction.force.x, reaction.force.y, reaction.moment][quantity]
             }
-            Column::Link(index, quantity) => {
-                let link = &tree.links[index];
-                let [length, rate] = dynamics.link_motion(link);
-                [length, rate, dynamics.link_tension(index)][quantity]
-            }
-            Column::Bushing(index, quantity) => {
-                let bushing = &tree.bushings[index];
-                let (force, _) = dynamics.bushing_force(bushing);
-                [dynamics.bushing_deflection(bushing).0, force.x, force.y][quantity]
-            }
-            Column::Film(index, quantity) => film_value(dynamics, &tree.films[index], quantity),
-            Column::Torsion(index, quantity) => {
-                let torsion = &tree.torsions[index];
-                [relative_rotation(dynamics, torsion.bodies, 0), dynamics.torsion_torque(torsion)][quantity]
+            Column::Force(index, quantity) => {
+                let element = &tree.forces[index];
+                match element.ends {
+                    // The angle of the bodies, not of their frames.
+                    Ends::Frames(..) if quantity == 0 => relative_rotation(dynamics, element.bodies, 0),
+                    _ => dynamics.force_output(element, quantity),
+                }
             }
             Column::DryJoint(index, 3) => work.dry_joints[index],
             Column::DryJoint(index, quantity) => dynamics.dry_value(index, quantity),
@@ -380,18 +344,6 @@ fn teeth_value(dynamics: &Dynamics, index: usize, quantity: usize) -> f64 {
             let mesh = tree.all_couplings().nth(index).and_then(|(_, mesh)| mesh);
             let force = mesh.map_or(Vec2::zeros(), |mesh| dynamics.force_on_teeth(index, mesh));
             [force.norm(), force.x, force.y][quantity]
-        }
-    }
-}
-
-fn film_value(dynamics: &Dynamics, film: &Film, quantity: usize) -> f64 {
-    match quantity {
-        0 => dynamics.film_eccentricity(film) / film.law.clearance,
-        4 => film.law.clearance - dynamics.film_eccentricity(film),
-        5 => dynamics.film_loss(film),
-        _ => {
-            let FilmForce { force: [x, y], torques: [torque, _] } = dynamics.film_force(film);
-            [x, y, torque][quantity - 1]
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::numerics::instant::Instant;
 use crate::numerics::turns::Turns;
 use crate::scene::components::Components;
 use crate::scene::time_function::TimeFunction;
-use crate::tree::forces::{AppliedForce, AppliedTorque, Bushing, Film, Link, Pull, Torsion};
+use crate::tree::forces::{Ends, ForceElement, ForceLaw, Law, Link};
 use crate::tree::friction::{DryJoint, Reacting};
 use crate::tree::kinematics::{Coordinate, Frame, Vec2};
 use crate::tree::loads::{Load, MotionLoad};
@@ -426,20 +426,8 @@ pub struct Tree {
     pub ideal_joints: Vec<IdealJoint>,
     /// The joints of the tree as indices of `ideal_joints`, parents before children.
     pub tree_joints: Vec<usize>,
-    /// Springs and dampers between points.
-    pub links: Vec<Link>,
-    /// Radial springs and dampers.
-    pub bushings: Vec<Bushing>,
-    /// Oil films.
-    pub films: Vec<Film>,
-    /// Further tensions of springs and dampers.
-    pub pulls: Vec<Pull>,
-    /// Springs and dampers between bodies.
-    pub torsions: Vec<Torsion>,
-    /// Applied forces.
-    pub applied_forces: Vec<AppliedForce>,
-    /// Applied torques.
-    pub applied_torques: Vec<AppliedTorque>,
+    /// Springs, bushings, oil films, applied forces and torques, in this order.
+    pub forces: Vec<ForceElement>,
     /// Functions of the motion among the applied forces and torques.
     pub motion_loads: Vec<MotionLoad>,
     /// Acceleration of free fall [m/s²].
@@ -452,11 +440,9 @@ pub struct Tree {
 impl Tree {
     /// Whether forces besides contacts and friction may depend on velocities.
     pub fn has_dampers(&self) -> bool {
-        !(self.films.is_empty() && self.pulls.is_empty())
-            || self.motion_loads.iter().any(|load| load.law_of.is_none())
-            || self.links.iter().any(|link| link.damping != 0.0)
-            || self.bushings.iter().any(|one| one.damping != 0.0 || one.formulas[1].is_some())
-            || self.torsions.iter().any(|one| one.damping != 0.0 || one.formulas[1].is_some())
+        self.motion_loads.iter().any(|load| load.law_of.is_none())
+            || self.forces.iter().any(|element| element.law.damps())
+            || self.links().any(|(element, ..)| element.loads[0].is_some())
     }
 
     /// Number of coordinates that are not functions of time alone.
@@ -522,14 +508,7 @@ impl Tree {
 
     /// Whether a spring, a damper, an oil film, friction in an ideal joint or an applied force or torque acts.
     pub fn has_forces(&self) -> bool {
-        let Self { links, bushings, films, torsions, applied_forces, applied_torques, .. } = self;
-        !(links.is_empty()
-            && bushings.is_empty()
-            && films.is_empty()
-            && torsions.is_empty()
-            && applied_forces.is_empty()
-            && applied_torques.is_empty()
-            && self.dry_joints.is_empty())
+        !(self.forces.is_empty() && self.dry_joints.is_empty())
     }
 
     /// The next instant after `t` [s] at which a function of time in the scene is not smooth.
@@ -540,17 +519,33 @@ impl Tree {
     /// All functions of time in the scene: motions, forces, torques.
     pub fn time_functions(&self) -> impl Iterator<Item = (&str, &TimeFunction)> {
         let motions = self.driven.iter().map(|driven| (driven.name.as_str(), &driven.motion));
-        let forces = self
-            .applied_forces
-            .iter()
-            .flat_map(|force| force.components.iter().map(|component| (force.name.as_str(), component)));
-        let torques = self.applied_torques.iter().map(|torque| (torque.name.as_str(), &torque.torque));
-        let pulls = self.pulls.iter().map(|pull| (self.links[pull.link].name.as_str(), &pull.tension));
-        let loads = forces.chain(torques).chain(pulls).filter_map(|(name, load)| match load {
-            Load::Time(function) => Some((name, function)),
-            Load::Motion(_) => None,
+        let loads = self.forces.iter().flat_map(|element| {
+            element.loads.iter().flatten().filter_map(|load| match load {
+                Load::Time(function) => Some((element.name.as_str(), function)),
+                Load::Motion(_) => None,
+            })
         });
         motions.chain(loads)
+    }
+
+    /// Springs and dampers between points, with these.
+    pub fn links(&self) -> impl Iterator<Item = (&ForceElement, [FramePoint; 2], &Link)> {
+        self.forces.iter().filter_map(|element| match (&element.law, element.ends) {
+            (ForceLaw::Link(link), Ends::Points(points)) => Some((element, points, link)),
+            _ => None,
+        })
+    }
+
+    /// Adds a force element.
+    pub fn add_force(
+        &mut self,
+        name: &str,
+        ends: Ends,
+        bodies: [Option<usize>; 2],
+        loads: [Option<Load>; 2],
+        law: ForceLaw,
+    ) {
+        self.forces.push(ForceElement { name: name.to_owned(), ends, bodies, loads, law });
     }
 
     /// The factors of all columns in the angle of the second body relative to the first, and its value where all

@@ -7,9 +7,10 @@ use crate::scene::loads::{Expression, Load as SceneLoad};
 use crate::scene::parts::{Attachment, Force, ForceFrame, Joint, JointKind};
 use crate::scene::quantities::{Coordinate, Quantity};
 use crate::tree::elements::{
-    BodyPlacement, Closure, DrivenCoordinate, FrameInertia, IdealJoint, IdealKind, Path, Realization, Tree,
+    BodyPlacement, Closure, DrivenCoordinate, FrameInertia, FramePoint, IdealJoint, IdealKind, Path,
+    Realization, Tree,
 };
-use crate::tree::forces::{AppliedForce, AppliedTorque, Bushing, Film, Link, Pull, Torsion};
+use crate::tree::forces::{Applied, Elastic, Ends, ForceElement, ForceLaw, Link};
 use crate::tree::kinematics::{Frame, Vec2};
 use crate::tree::loads::{Load, Measure, MotionLoad, Variable};
 use crate::tree::span::{Builder, Placement};
@@ -110,29 +111,34 @@ impl Builder<'_> {
     fn add_bushing(&self, tree: &mut Tree, force: &Force) {
         let Force::Bushing { name, a, b, coefficients, formulas } = force else { return };
         let [stiffness, damping, torsional_stiffness, torsional_damping] = *coefficients;
-        let [radial, radial_damping, torsional, twist_damping] =
-            formulas.each_ref().map(|of| of.as_ref().map(|of| self.motion_load(tree, name, of)));
+        let [radial, radial_damping, torsional, twist_damping] = formulas
+            .each_ref()
+            .map(|of| of.as_ref().map(|of| Load::Motion(self.motion_load(tree, name, of))));
         let (points, bodies) = self.placed([a, b].map(|reference| self.end(reference)));
-        tree.bushings.push(Bushing {
-            name: name.clone(),
-            points,
-            bodies,
-            stiffness,
-            damping,
-            formulas: [radial, radial_damping],
-        });
+        let law = ForceLaw::Elastic(Elastic { stiffness, damping });
+        tree.add_force(name, Ends::Points(points), bodies, [radial, radial_damping], law);
         let twists = [torsional, twist_damping];
-        if torsional_stiffness != 0.0 || torsional_damping != 0.0 || twists != [None; 2] {
-            let [first, second] = bodies.map(|body| self.placement(body));
-            tree.torsions.push(Torsion {
-                name: name.clone(),
-                frames: [first.frame, second.frame],
-                bodies,
-                stiffness: torsional_stiffness,
-                angle: first.angle - second.angle,
-                damping: torsional_damping,
-                formulas: twists,
-            });
+        if torsional_stiffness != 0.0 || torsional_damping != 0.0 || twists != [None, None] {
+            let law = Elastic { stiffness: torsional_stiffness, damping: torsional_damping };
+            tree.add_force(name, self.frames(bodies, 0.0), bodies, twists, ForceLaw::Elastic(law));
+        }
+    }
+
+    /// The frames of two bodies, with the angle of the second relative to the first without deflection [rad].
+    fn frames(&self, bodies: [Option<usize>; 2], unloaded: f64) -> Ends {
+        let [first, second] = bodies.map(|body| self.placement(body));
+        Ends::Frames([first.frame, second.frame], unloaded + first.angle - second.angle)
+    }
+
+    /// Distance of the ends of a spring or damper up to which its direction is lost; zero where it needs none.
+    fn indistinct(&self, force: &Force, bodies: [Option<usize>; 2]) -> f64 {
+        match force {
+            Force::Spring { length, damping, tension, .. }
+                if *length != 0.0 || *damping != 0.0 || !tension.is_none() =>
+            {
+                ROUNDING_OF_CHAIN * self.size(bodies)
+            }
+            _ => 0.0,
         }
     }
 
@@ -140,20 +146,14 @@ impl Builder<'_> {
     fn add_link(&self, tree: &mut Tree, force: &Force) {
         let Force::Spring { name, a, b, stiffness, length, damping, tension } = force else { return };
         let (points, bodies) = self.placed([a, b].map(|reference| self.end(reference)));
-        let directed = *length != 0.0 || *damping != 0.0 || !tension.is_none();
-        if !tension.is_none() {
-            let tension = self.load(tree, name, tension);
-            tree.pulls.push(Pull { link: tree.links.len(), tension });
-        }
-        tree.links.push(Link {
-            name: name.clone(),
-            points,
-            bodies,
+        let further = (!tension.is_none()).then(|| self.load(tree, name, tension));
+        let law = ForceLaw::Link(Link {
             stiffness: *stiffness,
             length: *length,
             damping: *damping,
-            indistinct: if directed { ROUNDING_OF_CHAIN * self.size(bodies) } else { 0.0 },
+            indistinct: self.indistinct(force, bodies),
         });
+        tree.add_force(name, Ends::Points(points), bodies, [further, None], law);
     }
 
     /// Adds the oil films of clearance joints.
@@ -164,12 +164,8 @@ impl Builder<'_> {
                 continue;
             };
             let (points, bodies) = self.placed(self.ends(joint));
-            tree.films.push(Film {
-                name: name.clone(),
-                points,
-                bodies,
-                law: FilmLaw::new(lubricant, *journal_radius, *clearance),
-            });
+            let law = ForceLaw::Film(FilmLaw::new(lubricant, *journal_radius, *clearance));
+            tree.add_force(name, Ends::Points(points), bodies, [None, None], law);
         }
     }
 
@@ -182,41 +178,28 @@ impl Builder<'_> {
                 Force::Bushing { .. } => self.add_bushing(tree, force),
                 Force::TorsionSpring { name, a, b, stiffness, angle, damping } => {
                     let bodies = [a, b].map(|name| body_of(name));
-                    let [first, second] = bodies.map(|body| self.placement(body));
-                    tree.torsions.push(Torsion {
-                        name: name.clone(),
-                        frames: [first.frame, second.frame],
-                        bodies,
-                        stiffness: *stiffness,
-                        angle: angle + first.angle - second.angle,
-                        damping: *damping,
-                        formulas: [None; 2],
-                    });
+                    let law = ForceLaw::Elastic(Elastic { stiffness: *stiffness, damping: *damping });
+                    tree.add_force(name, self.frames(bodies, *angle), bodies, [None, None], law);
                 }
                 Force::Applied { name, point, x, y, frame } => {
                     let end = self.end(point);
                     let angle = self.placement(end.body).angle;
-                    let components = [x, y].map(|component| self.load(tree, name, component));
-                    tree.applied_forces.push(AppliedForce {
-                        name: name.clone(),
-                        point: self.place(end),
-                        body: end.body,
-                        components,
-                        body_axes: (*frame == ForceFrame::Body).then(|| [angle.cos(), angle.sin()]),
-                    });
+                    let components = [x, y].map(|component| Some(self.load(tree, name, component)));
+                    let origin = FramePoint { frame: 0, offset: Vec2::zeros() };
+                    let ends = Ends::Points([origin, self.place(end)]);
+                    let body_axes = (*frame == ForceFrame::Body).then(|| [angle.cos(), angle.sin()]);
+                    let law = ForceLaw::Applied(Applied { body_axes });
+                    tree.add_force(name, ends, [None, end.body], components, law);
                 }
                 Force::Torque { name, body, reaction, torque } => {
                     let bodies = [reaction, body].map(|name| body_of(name));
-                    let torque = self.load(tree, name, torque);
-                    tree.applied_torques.push(AppliedTorque {
-                        name: name.clone(),
-                        frames: bodies.map(|body| self.placement(body).frame),
-                        bodies,
-                        torque,
-                    });
+                    let loads = [Some(self.load(tree, name, torque)), None];
+                    let law = ForceLaw::Applied(Applied { body_axes: None });
+                    tree.add_force(name, self.frames(bodies, 0.0), bodies, loads, law);
                 }
             }
         }
+        tree.forces.sort_by_key(ForceElement::rank);
     }
 }
 
@@ -257,10 +240,6 @@ impl Builder<'_> {
             // A prismatic joint is never cut.
             _ => 0,
         };
-        // Springs and dampers are numbered in the order of the scene.
-        let link_of = |force: usize| {
-            self.scene.forces[..force].iter().filter(|force| matches!(force, Force::Spring { .. })).count()
-        };
         let of = match quantity.of {
             Coordinate::Time => Measure::Time,
             Coordinate::Position { body, point, axis } => Measure::Position(on_frame(body, point), axis),
@@ -270,8 +249,12 @@ impl Builder<'_> {
             }
             Coordinate::Displacement(joint) => Measure::Coordinate(column_of(joint)),
             Coordinate::Length(force) => match &self.scene.forces[force] {
-                Force::Bushing { a, b, .. } => Measure::Distance([a, b].map(|end| self.place(self.end(end)))),
-                _ => Measure::Length(link_of(force)),
+                force @ (Force::Spring { a, b, .. } | Force::Bushing { a, b, .. }) => {
+                    let (points, bodies) = self.placed([a, b].map(|end| self.end(end)));
+                    Measure::Length(points, self.indistinct(force, bodies))
+                }
+                // Nothing else has a length.
+                _ => Measure::Time,
             },
         };
         Variable { of, is_rate: quantity.is_rate }

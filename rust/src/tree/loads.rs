@@ -33,10 +33,8 @@ pub enum Measure {
     Angle([usize; 2], f64),
     /// Coordinate of a column.
     Coordinate(usize),
-    /// Distance of two points [m].
-    Distance([FramePoint; 2]),
-    /// Length of a spring or damper, by its index [m].
-    Length(usize),
+    /// Distance of two points, and up to where its rate is zero [m].
+    Length([FramePoint; 2], f64),
     /// A quantity of a contact, by the index of its slot.
     Contact(usize, ContactQuantity),
 }

@@ -5,7 +5,7 @@ use chebclear::contact::pair::Phase;
 use chebclear::dynamics::Dynamics;
 use chebclear::mechanism::compiled::Mechanism;
 use chebclear::tree::elements::FramePoint;
-use chebclear::tree::forces::Film;
+use chebclear::tree::forces::{Ends, ForceLaw};
 use nalgebra::Vector2;
 
 use crate::dynamics::guides::{check_balances, compare_with_differences};
@@ -34,7 +34,7 @@ fn with_film(case: &Case, random: &mut Random) -> (Mechanism, Vec<Phase>) {
         has_finite_width: random.unit() < 0.5,
     };
     let law = FilmLaw::new(&lubricant, radius, clearance);
-    mechanism.tree.films.push(Film { name: "film".to_owned(), points, bodies, law });
+    mechanism.tree.add_force("film", Ends::Points(points), bodies, [None, None], ForceLaw::Film(law));
     (mechanism, case.phases.clone())
 }
 

@@ -170,7 +170,7 @@ fn a_distance_of_a_rounding_error_gives_a_spring_no_direction() {
         let mechanism = compile(&block(length, damping));
         let mut dynamics = Dynamics::new(&mechanism);
         dynamics.move_to(0.0, &[position], &[1.0]);
-        dynamics.link_force(&mechanism.links[0]).x
+        dynamics.exerted(&mechanism.forces[0]).force[0]
     };
     for noise in [2e-18, -1e-16] {
         assert!(force(0.1, 0.0, noise).is_nan() && force(0.1, 3.0, noise).is_nan());

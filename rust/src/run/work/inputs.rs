@@ -94,39 +94,16 @@ impl<'a> Inputs<'a> {
     pub(crate) fn of(mechanism: &'a Mechanism) -> Self {
         let tree = &mechanism.tree;
         let mut watched: Vec<Watched> = Vec::new();
-        let mut add = |name: &'a str, load: &'a Load, acts: Acting| match load {
-            Load::Time(function) if function.ranges::<1>(0.0, 0.0).is_some() => {
-                watched.push(Watched::new(name, Function::Time(function), Some(acts)));
-            }
-            Load::Time(_) => {}
-            Load::Motion(index) => {
-                watched.push(Watched::new(name, Function::Motion(&tree.motion_loads[*index]), Some(acts)));
-            }
-        };
-        for (index, applied) in tree.applied_forces.iter().enumerate() {
-            for (axis, component) in applied.components.iter().enumerate() {
-                add(&applied.name, component, Acting::Force { index, axis });
-            }
-        }
-        for applied in &tree.applied_torques {
-            add(&applied.name, &applied.torque, Acting::Couple(applied.frames));
-        }
-        for (index, pull) in tree.pulls.iter().enumerate() {
-            add(&tree.links[pull.link].name, &pull.tension, Acting::Pull(index));
-        }
-        let mut add_formula = |formula: Option<usize>, acts: Acting| {
-            if let Some(load) = formula.map(|index| &tree.motion_loads[index]) {
-                watched.push(Watched::new(&load.name, Function::Motion(load), Some(acts)));
-            }
-        };
-        for (index, bushing) in tree.bushings.iter().enumerate() {
-            for (k, formula) in bushing.formulas.into_iter().enumerate() {
-                add_formula(formula, Acting::Bushing { index, is_damping: k > 0 });
-            }
-        }
-        for (index, torsion) in tree.torsions.iter().enumerate() {
-            for (k, formula) in torsion.formulas.into_iter().enumerate() {
-                add_formula(formula, Acting::Torsion { index, is_damping: k > 0 });
+        for (force, element) in tree.forces.iter().enumerate() {
+            for (place, load) in element.loads.iter().enumerate() {
+                let function = match load {
+                    Some(Load::Time(function)) if function.ranges::<1>(0.0, 0.0).is_some() => {
+                        Function::Time(function)
+                    }
+                    Some(Load::Motion(index)) => Function::Motion(&tree.motion_loads[*index]),
+                    Some(Load::Time(_)) | None => continue,
+                };
+                watched.push(Watched::new(&element.name, function, Some(Acting { force, place })));
             }
         }
         for driven in &tree.driven {
