@@ -9,9 +9,10 @@ signal.signal(signal.SIGINT, signal.default_int_handler)  # a child of a backgro
 from concurrent.futures import ThreadPoolExecutor
 import chebclear as cc
 
-# A package imports numpy and others at its first use, and an interrupt that comes in the middle of an import may be
-# lost: an interpreter ignores what its import locks and some extension modules raise. No run is at fault.
-cc.Study(cc.mechanisms.slider_crank, {{"crank_length": cc.Interval(0.04, 0.06)}}, duration=1e-6, samples=2).scan(2)
+# An interrupt in the middle of an import may be lost: an interpreter ignores what its import locks and some
+# extension modules raise. So the first call, which imports numpy and others, comes before.
+box = {{"crank_length": cc.Interval(0.04, 0.06)}}
+cc.Study(cc.mechanisms.slider_crank, box, duration=1e-6, samples=2).scan(2)
 
 sent = []
 
