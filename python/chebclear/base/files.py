@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 Record = TypeVar("Record", bound="DataclassInstance")
 
-FORMAT = 2
+FORMAT = 3
 """Number of the file format; increased when other versions cannot read the files of this one."""
 
 

@@ -73,7 +73,7 @@ class LostMotion(Named[Array]):
     @property
     def total(self) -> Array:
         """Lost motion by all joints, in `unit`, shape (angles,)."""
-        return np.sum(list(self.shares.values()), axis=0)
+        return np.asarray(np.sum(list(self.shares.values()), axis=0))
 
     @property
     def _by_name(self) -> dict[str, Array]:

@@ -400,7 +400,7 @@ class _Answer:
             more.append(Notice("machine", text))
         margins = np.abs(found.badness[np.isfinite(found.badness)])
         if self.watching.settings is not None and len(margins):
-            rtol = self.watching.settings.rtol
+            rtol = self.watching.settings.run_rtol
             limits = [
                 max(abs(end) for end in one.limits if math.isfinite(end)) for one in self.watched.values()
             ]

@@ -283,7 +283,7 @@ def wear_life(
             "skip": skipped * time,
             "samples": counted * _INSTANTS + 1,
         },
-    )
+    ).of_runs
     profiles = {
         name: np.array(bearings[name].profile, dtype=float) if bearings[name].profile else np.zeros(_SECTORS)
         for name in wear

@@ -28,6 +28,8 @@ from .names import output_meant
 
 METHODS = _core.METHODS
 """Words for the methods."""
+RTOL = 1e-6
+"""Relative tolerance of a run where nothing was said [-]."""
 LEAST_RTOL, MOST_RTOL = _core.RTOL_RANGE
 """Relative tolerances that are accepted [-]."""
 MOST_SAMPLES = _core.MOST_SAMPLES
@@ -85,8 +87,9 @@ class Settings(Shown):
         steps.
     skip : float
         Time to simulate before the first sample [s], such as ``10 * scene.period`` for a mechanism to settle.
-    rtol : float
-        Relative tolerance of the integrator [-], from 1e-13 to 0.1.
+    rtol : float, optional
+        Relative tolerance of the integrator [-], from 1e-13 to 0.1. If not given 1e-6, and 1e-4 in bands; in
+        the settings of results it is that of their runs.
     method : {"auto", "rodas5p", "rodas4", "dop853", "adams"}
         ``"auto"`` switches between an explicit multistep method, the Adams method of variable order, and a
         Rosenbrock method (Rodas4, or Rodas5P at an rtol below 1e-5): it tries both now and then and keeps the
@@ -131,7 +134,7 @@ class Settings(Shown):
     duration: float = field(metadata=unit("s"))
     samples: int = 1001
     skip: float = field(default=0.0, metadata=unit("s"))
-    rtol: float = 1e-6
+    rtol: float | None = None
     method: str = "auto"
     outputs: Sequence[str] | None = None
     max_step: float | None = field(default=None, metadata=unit("s"))
@@ -149,6 +152,16 @@ class Settings(Shown):
             object.__setattr__(self, name, value)
         checks.finish()
 
+    @property
+    def run_rtol(self) -> float:
+        """Relative tolerance of a run with these settings [-]."""
+        return RTOL if self.rtol is None else self.rtol
+
+    @property
+    def of_runs(self) -> Settings:
+        """The settings of runs, which have a tolerance."""
+        return self if self.rtol is not None else dataclasses.replace(self, rtol=RTOL)
+
     @classmethod
     def gathered(
         cls,
@@ -160,7 +173,8 @@ class Settings(Shown):
         found: Mapping[str, object] | None = None,
         outputs_needed: bool = True,
     ) -> Settings:
-        """Settings from the argument ``settings=`` and from keywords, which take precedence.
+        """Settings from the argument ``settings=`` and from keywords, which take precedence; without an
+        `rtol` if none is given.
 
         `accepted` are the names of keywords, and `found` the fields that the function determines itself; None
         for `outputs` and `features` means not given. Problems are raised together with those of `checks`.
@@ -193,7 +207,7 @@ class Settings(Shown):
         """The settings with all tolerances divided by a factor, and other changes."""
         known = {name: getattr(self, name) for name in ("position_tolerance", "velocity_tolerance")}
         changes |= {name: value / factor for name, value in known.items() if value is not None}
-        return dataclasses.replace(self, rtol=max(self.rtol / factor, LEAST_RTOL), **changes)
+        return dataclasses.replace(self, rtol=max(self.run_rtol / factor, LEAST_RTOL), **changes)
 
     def to_json(self) -> str:
         """The settings as the core reads them."""
@@ -283,6 +297,8 @@ def checked_settings(
         elif name == "features":
             found[name] = checked_features(own, value)
     readable = {name: found[name] for name in names if not own.noted(names[name])}
+    if readable.get("rtol", 0.0) is None:
+        del readable["rtol"]  # the core has no runs without one
     plain = {name: as_json_number(value) for name, value in (_EXAMPLE | readable).items()}
     try:
         _core.check_settings(json.dumps(plain, default=dataclasses.asdict))

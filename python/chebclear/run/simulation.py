@@ -102,11 +102,12 @@ def simulate(
     if settings is None and "duration" not in options and isinstance(scene, Scene):
         options = {**options, **revolution_of(scene)}
     given = {"outputs": outputs, "features": features, **options}
-    settings = Settings.gathered(checks, settings, given)
+    settings = Settings.gathered(checks, settings, given).of_runs
     least = LEAST_RTOL * _TIGHTER[-1]
-    if error is not None and settings.rtol < least:
+    if error is not None and settings.run_rtol < least:
         checks.add(
-            "error", f'= "estimate" needs an rtol >= {least:g} for its companion runs, got {settings.rtol!r}'
+            "error",
+            f'= "estimate" needs an rtol >= {least:g} for its companion runs, got {settings.run_rtol!r}',
         )
         checks.finish()
     facts = scene.check()
@@ -204,7 +205,7 @@ def _estimate(run: Trajectory, companions: Sequence[Trajectory]) -> ErrorEstimat
         max_difference=np.where(known.any(axis=0), largest, math.nan),
         ranges=ranges,
         horizon=horizon,
-        rtol=companions[-1].settings.rtol,
+        rtol=companions[-1].settings.run_rtol,
         status=next((one.status for one in companions if not one.success), "done"),
         compared_until=min(run.end_time, end),
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +20,7 @@ from .band.notices import SETTLING, TOO_FEW_RUNS, doubts, early_widths, remarks,
 from .band.requirement import LEAST_RUNS, Requirement, band_usage
 from .band.worst import WorstCase, predicted_extremes
 from .by_angle import cut, unpredictable
+from .differences import model_differences, scene_differences, setting_differences, unequal
 from .features.features import feature_table
 from .polynomials.holes import fit_holes
 from .polynomials.points import SAME_POINT, in_box, on_cube
@@ -27,7 +28,7 @@ from .results import StudyResult, checked_results
 from .runner import Design, Runner
 from .sources.finished import FinishedRuns
 from .sources.run_table import RunTable
-from .sources.scenes import MOST_RUNS
+from .sources.scenes import MOST_RUNS, scene_of
 
 # Largest difference of values of one model at one point, over the largest.
 _SAME_VALUES = 1e-6
@@ -115,10 +116,13 @@ def _joined(
 
 
 def extended(
-    runner: Runner, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult]
+    checks: Checks,
+    runner: Runner,
+    result: StudyResult,
+    runs: int,
+    include: StudyResult | Sequence[StudyResult],
 ) -> StudyResult:
-    """The result of `StudyResult.extend` without shares."""
-    checks = Checks()
+    """The result of `StudyResult.extend` without shares; problems are added to `checks`."""
     checks.whole("runs", runs, least=0, most=MOST_RUNS)
     others = checked_results(checks, include)
     requirement = result.requirement
@@ -159,6 +163,9 @@ def lasting(notices: Sequence[Notice]) -> list[Notice]:
 
 def simulated_extremes(runner: Runner, result: StudyResult) -> tuple[WorstCase, ...]:
     """Runs at the worst cases that the polynomials of a result predict; see `StudyResult.check`."""
+    checks = Checks()
+    check_same_study(checks, runner, result)
+    checks.finish()
     followed = [band for band in result.bands.values() if band.resolved and band.surrogate]
     if not followed:
         raise ArgumentError(
@@ -175,28 +182,76 @@ def simulated_extremes(runner: Runner, result: StudyResult) -> tuple[WorstCase, 
     return tuple(cases)
 
 
+def check_same_study(checks: Checks, runner: Runner, result: object) -> None:
+    """Refuse a result that is none of this study, with what differs: its runs would be of two mechanisms.
+
+    Python functions are known by their names; of those that build scenes the nominal scene is compared too.
+    """
+    if not isinstance(result, StudyResult):
+        checks.add("result", f"must be a result of this study, got {result!r}", wrong_type=True)
+        return
+    found: list[str] = []
+    if result.spec is not None:
+        found += model_differences(runner, result.spec)
+        found += setting_differences(runner.spec.settings, result.spec.settings)
+        own, other = runner.facts()["features"], result.spec.facts()["features"]
+        found += unequal("feature ", own, other)
+    found += unequal("interval of ", runner.intervals, result.intervals)
+    if not found and result.scene is not None:
+        found += scene_differences(scene_of(runner, runner.nominal), result.scene)
+    if found:
+        checks.add("result", f"is one of another study, this one and that differ in {'; '.join(found)}")
+
+
 def _tables(
     runner: Runner, results: Sequence[StudyResult], requirement: Requirement, own: RunTable
 ) -> list[RunTable]:
     """The runs of other results, which must be of the same study or of a table of finished runs of it."""
     checks = Checks()
     for index, result in enumerate(results):
-        missing = [name for name in own.outputs if name not in result.outputs]
-        if missing:
-            checks.add(f"include[{index}]", f"misses the outputs {', '.join(missing)}")
-        revolutions = None if result.requirement is None else result.requirement.revolutions
-        if revolutions != requirement.revolutions:
-            checks.add(f"include[{index}]", "has other revolutions, or none")
-        elif len(result.t) != len(own.t) or np.max(np.abs(result.t - own.t)) > 1e-9 * (own.t[-1] - own.t[0]):
-            checks.add(f"include[{index}]", "has other instants")
-        if result.scene is not None and result.scene != own.scene:
-            checks.add(f"include[{index}]", "is of another study: its midpoint is another scene")
-        elif result.parameter_names != tuple(runner.intervals):
-            checks.add(f"include[{index}]", f"has the parameters {', '.join(result.parameter_names)}")
-        elif not in_box(runner.intervals, result.parameters):
-            checks.add(f"include[{index}]", "has runs outside of the intervals of this study")
+        problems = list(_other_runs(runner, result, requirement, own))
+        if problems:
+            checks.add(f"include[{index}]", "; ".join(problems))
     checks.finish()
     return [result.run_table(own.outputs)[: len(result.parameters)] for result in results]
+
+
+def _other_runs(
+    runner: Runner, result: StudyResult, requirement: Requirement, own: RunTable
+) -> Iterator[str]:
+    """Why the runs of a result cannot take part beside those of this study."""
+    missing = [name for name in own.outputs if name not in result.outputs]
+    if missing:
+        yield f"misses the outputs {', '.join(missing)}"
+    if result.parameter_names != tuple(runner.intervals):
+        yield f"has the parameters {', '.join(result.parameter_names)}"
+    elif not in_box(runner.intervals, result.parameters):
+        yield "has runs outside of the intervals of this study"
+    revolutions = None if result.requirement is None else result.requirement.revolutions
+    instants = result.t.shape == own.t.shape
+    instants = instants and bool(np.max(np.abs(result.t - own.t)) <= 1e-9 * (own.t[-1] - own.t[0]))
+    if revolutions != requirement.revolutions:
+        yield "has other revolutions, or none"
+    elif not instants:
+        yield "has other instants"
+    # A table of finished runs may have none; neither its model nor its settings are known.
+    spec, theirs = result.spec, result.features.names
+    strange = spec is None or spec.table or runner.table
+    if theirs != own.feature_names and not (strange and not theirs):
+        yield f"has the features {', '.join(theirs) or 'none'}"
+    if spec is None or strange:
+        return
+    found = list(model_differences(runner, spec))
+    asked = spec.facts()["features"]  # this study may have others, for its requirements
+    found += unequal(
+        "feature ", {name: one for name, one in runner.facts()["features"].items() if name in asked}, asked
+    )
+    if instants and result.settings is not None:
+        found += setting_differences(own.settings, result.settings)
+    if not found and result.scene is not None:
+        found += scene_differences(own.scene, result.scene)
+    if found:
+        yield f"is of another study, this one and that differ in {'; '.join(found)}"
 
 
 def _foreign(runner: Runner, results: Sequence[StudyResult], nominal: RunTable) -> list[Notice]:

@@ -211,6 +211,7 @@ def bifurcation(
     own_period = None if per_period else checks.real("sample_per", sample_per, "s", above=0.0)
     found = {"duration": 1.0, "samples": count + 1, "skip": 0.0, "outputs": None, "features": (), "cycles": 1}
     one = Settings.gathered(checks, settings, options, accepted=StepOptions.__annotations__, found=found)
+    one = one.of_runs
 
     scenes = [build(**{parameter: float(value)}, **constant) for value in given]
     times = np.array([scene.period if own_period is None else own_period for scene in scenes])

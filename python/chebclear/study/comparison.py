@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +20,8 @@ from ..data.exports import Exports
 from ..report import html
 from ..report.document import Items, Table
 from ..run.names import column_index
-from ..scene.scene import Interval
 from .band.band import Band
+from .differences import differences
 from .results import StudyResult
 
 
@@ -60,13 +57,6 @@ class BoundErrors(files.ArrayRecord):
     largest: float = math.nan
 
 
-# Settings that change bounds.
-_SETTINGS = (
-    *("duration", "skip", "samples", "rtol", "method", "max_step"),
-    *("position_tolerance", "velocity_tolerance"),
-)
-# Most values of scenes that are listed.
-_MOST_LINES = 4
 _FIELDS = tuple(item.name for item in dataclasses.fields(BoundErrors))
 
 
@@ -232,7 +222,7 @@ def compare(
             unit=band.unit,
             largest=_largest(band, other, span),
         )
-    return Comparison(errors, float(t[span][0]), float(t[span][-1]), tuple(_differences(result, reference)))
+    return Comparison(errors, float(t[span][0]), float(t[span][-1]), tuple(differences(result, reference)))
 
 
 def _largest(band: Band, reference: Band, span: NDArray[np.bool_]) -> float:
@@ -240,51 +230,6 @@ def _largest(band: Band, reference: Band, span: NDArray[np.bool_]) -> float:
     pairs = [(band.lower[span], reference.lower[span]), (band.upper[span], reference.upper[span])]
     size = float(pairs[1][1].max() - pairs[0][1].min())
     return max(float(np.abs(own - other).max()) for own, other in pairs) / size if size > 0.0 else math.nan
-
-
-def _differences(result: StudyResult, reference: StudyResult) -> Iterator[str]:
-    """What differs between two studies besides the method, a line for each."""
-    one, other = result.spec, reference.spec
-    if one is not None and other is not None:
-        yield from _unequal("", {"mechanism": one.name}, {"mechanism": other.name})
-        yield from _unequal("fixed ", one.facts()["fixed"], other.facts()["fixed"])
-    yield from _unequal("interval of ", result.intervals, reference.intervals)
-    known = [{} if one.settings is None else vars(one.settings) for one in (result, reference)]
-    yield from _unequal("", *({name: one[name] for name in _SETTINGS if name in one} for one in known))
-    if result.scene is not None and reference.scene is not None:
-        scenes = (_numbers(json.loads(scene.to_json())) for scene in (result.scene, reference.scene))
-        found = list(_unequal("nominal scene: ", *scenes))
-        yield from found[:_MOST_LINES]
-        if len(found) > _MOST_LINES:
-            yield f"nominal scene: {len(found) - _MOST_LINES} more values"
-
-
-def _unequal(what: str, one: Mapping[str, Any], other: Mapping[str, Any]) -> Iterator[str]:
-    """A line for each entry that differs."""
-    for name in dict.fromkeys([*one, *other]):
-        if not files.same(one.get(name), other.get(name)):
-            pair = (_shown(values[name]) if name in values else "none" for values in (one, other))
-            yield f"{what}{name}: {' and '.join(pair)}"
-
-
-def _shown(value: Any) -> str:
-    """A value in a line."""
-    if isinstance(value, Interval):
-        nominal = "" if value.nominal == value.midpoint else f" (nominal {value.nominal:.6g})"
-        return f"{value.lower:.6g} to {value.upper:.6g}{nominal}"
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def _numbers(plain: Any, path: str = "") -> dict[str, Any]:
-    """The single values of a scene by their paths; entries of lists by their names, or numbers."""
-    if isinstance(plain, list):
-        named = [isinstance(one, dict) and "name" in one for one in plain]
-        parts = {f".{one['name']}" if named[k] else f"[{k}]": one for k, one in enumerate(plain)}
-    elif isinstance(plain, dict):
-        parts = {f".{name}" if path else name: one for name, one in plain.items()}
-    else:
-        return {path: plain}
-    return {where: value for own, one in parts.items() for where, value in _numbers(one, path + own).items()}
 
 
 def root_mean_square(values: Array) -> float:

@@ -267,8 +267,12 @@ def extended(
     runner: Runner, result: StudyResult, runs: int, include: StudyResult | Sequence[StudyResult]
 ) -> StudyResult:
     """The result of `StudyResult.extend` with the shares of all runs."""
+    checks = Checks()
+    answers.check_same_study(checks, runner, result)
+    if not isinstance(result, StudyResult):
+        checks.finish()
     own = result.conformance is not None and result.conformance.seed is None
-    more = answers.extended(_following(runner) if own else runner, result, runs, include)
+    more = answers.extended(checks, _following(runner) if own else runner, result, runs, include)
     requirement = more.requirement
     assert requirement is not None, "only results of band can be extended"
     if own and len(more.parameters) == requirement.runs:  # without included ones

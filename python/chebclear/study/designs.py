@@ -83,7 +83,9 @@ def band(
     checks.finish()
     settings = runner.settings
     if settings is not None and not (rtol is None and runner.rtol_given):
-        settings = replace(settings, rtol=BAND_RTOL if rtol is None else float(rtol))
+        # Included runs have theirs, and one band has one.
+        theirs = [one.settings.rtol for one in others if one.settings is not None]
+        settings = replace(settings, rtol=float(rtol) if rtol is not None else (*theirs, BAND_RTOL)[0])
     needed = exact_runs(coverage, confidence)
     requirement = Requirement(float(coverage), 0, seed, {}, confidence=confidence)
     if revolutions is not None and settings is not None:

@@ -76,6 +76,8 @@ class Runner(StudySpec):
     """Where runs are simulated, and how failed runs are treated."""
     progress: bool | Progress | None = None
     """Progress reports."""
+    rtol_given: bool = False
+    """Whether the user said the tolerance of the settings: bands have another one where nobody did."""
 
     # A specification leaves its objects behind, a runner takes them along.
     __reduce__ = object.__reduce__  # type: ignore[assignment]
@@ -86,6 +88,8 @@ class Runner(StudySpec):
         own = known_units(self.build, self.intervals)
         asked = {item.name: getattr(self, item.name) for item in fields(StudySpec)}
         asked["units"] = {name: given for name, given in self.units.items() if own.get(name) != given}
+        if self.settings is not None and not self.rtol_given:
+            asked["settings"] = replace(self.settings, rtol=None)
         return StudySpec(**asked)
 
     def limited(self, seconds: float | None, answers_from: int | None) -> Runner:
@@ -132,7 +136,6 @@ def checked_runner(
     # Simulations have a duration; a model of the user's own returns its instants.
     timed = settings is not None or not options.keys().isdisjoint(("duration", "samples"))
     simulated = timed or returns_a_scene(build)
-    rtol_given = settings is not None or "rtol" in options
     asked = checked_features(checks, features)
     if features is None and isinstance(settings, Settings):
         asked = {str(feature): feature for feature in settings.features}
@@ -151,7 +154,7 @@ def checked_runner(
     if requirements is not None:
         required = checked_specifications(checks, requirements, "requirements")
         check_drawn(checks, parameters)
-    model = None
+    model, rtol_given = None, False
     if simulated:
         more = {"outputs": outputs, "features": tracked_features(asked.values()), **options}
         require_known(checks, all_units, [*intervals, *asked], simulated=True)
@@ -160,6 +163,8 @@ def checked_runner(
             scene = build(**{name: side.nominal for name, side in intervals.items()}, **constant)
             more |= revolution_of(scene) if isinstance(scene, Scene) else {}
         settings = Settings.gathered(checks, settings, more, outputs_needed=not asked)
+        rtol_given = settings.rtol is not None
+        settings = settings.of_runs
         names, cycles = settings.outputs, settings.cycles
     else:
         cycles = checked_settings(checks, {"cycles": options.get("cycles", 1)})["cycles"]
@@ -173,7 +178,6 @@ def checked_runner(
         parameters=dict(parameters),
         outputs=None if names is None else tuple(names),
         settings=settings,
-        rtol_given=rtol_given,
         fixed=constant,
         features=asked,
         units=all_units,
@@ -184,6 +188,7 @@ def checked_runner(
         model=model,
         execution=execution,
         progress=progress,
+        rtol_given=rtol_given,
     )
 
 

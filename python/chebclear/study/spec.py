@@ -56,15 +56,14 @@ class StudySpec:
     It is saved, pickled and compared as plain values: a ready-made mechanism by its name, a scene file by its
     text. Python functions do not travel into files; `missing` names them, and `study` needs all of them.
 
-    Its fields are the arguments of `Study` of the same names, with two more: `rtol_given` says whether the
-    user said the tolerance, `table` whether the runs were a table of finished ones, to which none can be
-    added."""
+    Its fields are the arguments of `Study` of the same names; the settings have no `rtol` where the user said
+    none. One more, `table`, says whether the runs were a table of finished ones, to which none can be added.
+    """
 
     build: Callable[..., Any]
     parameters: Mapping[str, Interval | Distribution]
     outputs: tuple[str, ...] | None = None
     settings: Settings | None = None
-    rtol_given: bool = False
     fixed: Mapping[str, Any] = field(default_factory=dict)
     features: Mapping[str, FeatureSpec] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
@@ -82,7 +81,7 @@ class StudySpec:
     @cached_property
     def intervals(self) -> dict[str, Interval]:
         """Interval of each parameter by name [SI units]."""
-        return {name: interval_of(given) for name, given in self.parameters.items()}
+        return ReadOnlyDict({name: interval_of(given) for name, given in self.parameters.items()})
 
     @property
     def nominal(self) -> dict[str, float]:
@@ -172,8 +171,7 @@ class StudySpec:
             )
         options: dict[str, Any] = {"cycles": self.cycles} if self.cycles != 1 else {}
         if self.settings is not None:
-            said = [name for name in RunOptions.__annotations__ if name != "rtol" or self.rtol_given]
-            options = {name: getattr(self.settings, name) for name in said}
+            options = {name: getattr(self.settings, name) for name in RunOptions.__annotations__}
         return public("Study")(
             self.build,
             self.parameters,
@@ -262,7 +260,7 @@ class StudySpec:
 
 
 # Fields that files have as they are.
-_PLAIN = ("rtol_given", "cycles", "on_failure", "run_seconds", "table")
+_PLAIN = ("cycles", "on_failure", "run_seconds", "table")
 _PARAMETERS: dict[str, type[Interval | Distribution]] = {"Interval": Interval, **Distribution.kinds}
 
 

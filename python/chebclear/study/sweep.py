@@ -396,6 +396,6 @@ _WHOLE = {"peak": np.maximum, "lowest": np.minimum, "impacts": np.add}
 def _lift_offs(values: Array, contact: Mapping[str, Array]) -> Iterator[LiftOff]:
     for joint, share in contact.items():
         known = np.flatnonzero(np.isfinite(share).all(axis=1))
-        kept = (share[known] >= _KEPT).all(axis=1)
+        kept = np.all(share[known] >= _KEPT, axis=1)
         for k in np.flatnonzero(kept[1:] != kept[:-1]):
             yield LiftOff(joint, float(values[known[k]]), float(values[known[k + 1]]), loses=bool(kept[k]))

@@ -172,7 +172,7 @@ def tradeoff(
             difference = trajectory.samples - reference.samples
             return TradeoffPoint(
                 method=trajectory.settings.method,
-                rtol=trajectory.settings.rtol,
+                rtol=trajectory.settings.run_rtol,
                 status=trajectory.status,
                 end_time=trajectory.end_time,
                 stats=trajectory.stats,
@@ -237,7 +237,7 @@ def _require_success(run: Trajectory) -> None:
     if not run.success:
         message = (
             f"{run.message}, in the reference run ({run.settings.method}, rtol "
-            f"{power(run.settings.rtol)}); a shorter duration or a looser reference_rtol may help"
+            f"{power(run.settings.run_rtol)}); a shorter duration or a looser reference_rtol may help"
         )
         error = SimulationError(run.status, run.end_time, run.joint, message=message)
         error.trajectory = run

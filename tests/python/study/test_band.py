@@ -225,9 +225,11 @@ def test_included_runs_at_points_of_the_band_count_once():
 def test_included_runs_of_another_model_are_told():
     t = np.linspace(0.0, 1.0, 61)
     box = {"a": cc.Interval(-1.0, 1.0)}
-    study, other = (
-        cc.Study(lambda a, c: {"t": t, "x": np.sin(3.0 * t + a) * c}, box, fixed={"c": c}) for c in (1.0, 2.0)
-    )
+
+    def waves(size):  # of one name: what they compute is not known
+        return cc.Study(lambda a: {"t": t, "x": np.sin(3.0 * t + a) * size}, box)
+
+    study, other = waves(1.0), waves(2.0)
     with pytest.warns(cc.ChebclearWarning):
         assert "foreign" in codes(study.band(21, include=other.scan(3)))
     with pytest.warns(cc.ChebclearWarning):

@@ -176,7 +176,7 @@ def _tolerances(result: StudyResult) -> list[Block]:
     names = list(result.bands)
     rows: list[list[Cell]] = []
     for factor in (10.0, 1.0, 0.1):
-        wanted = dataclasses.replace(settings, rtol=factor * settings.rtol, outputs=tuple(names))
+        wanted = dataclasses.replace(settings, rtol=factor * settings.run_rtol, outputs=tuple(names))
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", ChebclearWarning)

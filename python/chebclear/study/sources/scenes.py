@@ -107,7 +107,7 @@ class SceneRuns:
         self._midpoint = midpoint
         self._usage = usage
         # That of the study, which single analyses replace.
-        self._rtol = settings.rtol if runner.settings is None else runner.settings.rtol
+        self._rtol = settings.run_rtol if runner.settings is None else runner.settings.run_rtol
         self._last = len(points)
         """Number of the nominal run."""
         self._limited = LimitedCalls(runner.execution.run_seconds)
