@@ -56,7 +56,8 @@ class Table(Part):
 
     Over the time it is the cubic spline, twice continuously differentiable, with not-a-knot ends as in
     SciPy's ``CubicSpline``. Over anything else it is linear, unless `interpolation` says otherwise. It is
-    never extrapolated. Steps of the integrator end at its points.
+    never extrapolated. Steps of the integrator end at its points; over a quantity of the motion only at
+    those where the curve is not smooth within the `rtol` of the run.
 
     Parameters
     ----------

@@ -31,7 +31,10 @@ pub struct Curve {
     pub(crate) points: Vec<f64>,
     /// Coefficients of every piece in powers of the distance from its start.
     pub(crate) pieces: Vec<[f64; 4]>,
-    interpolation: Interpolation,
+    /// Pieces at whose start a run ends a step, in their order; the first one always.
+    stretches: Vec<usize>,
+    /// Whether a table that repeats itself does so smoothly: no step ends there.
+    closes: bool,
     beyond: Beyond,
     /// Value at the last point.
     last: f64,
@@ -77,7 +80,39 @@ impl Curve {
                 points[k + 1]
             ));
         }
-        Ok(Self { points: points.to_vec(), pieces, interpolation, beyond, last })
+        let is_smooth = interpolation == Interpolation::Cubic;
+        let stretches = if is_smooth { vec![0] } else { (0..pieces.len()).collect() };
+        let closes = is_smooth && beyond == Beyond::Repeat;
+        Ok(Self { points: points.to_vec(), pieces, stretches, closes, beyond, last })
+    }
+
+    /// The same table for runs of a relative tolerance: they step over the points at which it is smooth enough. `None` if
+    /// they must end a step at all of them.
+    pub fn for_tolerance(&self, rtol: f64) -> Option<Curve> {
+        let is_smooth = |&piece: &usize| {
+            let before = (piece + self.pieces.len() - 1) % self.pieces.len();
+            self.roughness(before, piece) <= rtol
+        };
+        let inner = self.stretches[1..].iter().copied().filter(|piece| !is_smooth(piece));
+        let stretches: Vec<usize> = std::iter::once(0).chain(inner).collect();
+        let closes = self.closes || self.repeats() && stretches.len() == 1 && is_smooth(&0);
+        let is_other = stretches.len() < self.stretches.len() || closes != self.closes;
+        is_other.then(|| Curve { stretches, closes, ..self.clone() })
+    }
+
+    /// By how much its values would change if it were rounded between two pieces, over the larger of these, relative to the
+    /// largest of their values at the points [-]. A kink changes by an eighth of its jump of slope times that width, a jump
+    /// of the second derivative by its 24th part times the square. What a step over the point does not see is not more.
+    fn roughness(&self, before: usize, after: usize) -> f64 {
+        let [width, next] = [before, after].map(|piece| self.points[piece + 1] - self.points[piece]);
+        let ([c0, c1, c2, c3], [d0, d1, d2, _]) = (self.pieces[before], self.pieces[after]);
+        let kink = d1 - ((3.0 * c3 * width + 2.0 * c2) * width + c1);
+        let bend = 2.0 * d2 - (6.0 * c3 * width + 2.0 * c2);
+        let widest = width.max(next);
+        let end = self.pieces.get(after + 1).map_or(self.last, |piece| piece[0]);
+        let size = c0.abs().max(d0.abs()).max(end.abs());
+        let change = (kink.abs() / 8.0 + bend.abs() * widest / 24.0) * widest;
+        if change > 0.0 { change / size } else { 0.0 }
     }
 
     /// The cubic spline through `values` at `points`, which ends with them.
@@ -109,9 +144,15 @@ impl Curve {
         self.pieces.iter().map(|piece| piece[0].abs()).fold(self.last.abs(), f64::max)
     }
 
-    /// Pieces between two instants at which a run must end a step: a spline has a single one.
+    /// Stretches between two points at which a run ends a step: a spline has a single one.
     fn count(&self) -> i64 {
-        if self.interpolation == Interpolation::Cubic { 1 } else { self.pieces.len() as i64 }
+        self.stretches.len() as i64
+    }
+
+    /// The pieces of a stretch.
+    fn pieces_of(&self, stretch: usize) -> [usize; 2] {
+        let end = self.stretches.get(stretch + 1).map_or(self.pieces.len(), |&next| next);
+        [self.stretches[stretch], end]
     }
 
     /// Turns of a table that repeats itself up to a number, and what is left of it.
@@ -128,69 +169,60 @@ impl Curve {
         self.beyond == Beyond::Repeat
     }
 
-    /// The piece of coefficients in which a number between its ends lies.
+    /// The piece in which a number between its ends lies.
     pub(super) fn piece_of(&self, x: f64) -> usize {
-        self.search(x)
-    }
-
-    fn search(&self, x: f64) -> usize {
         self.inner_points().partition_point(|&point| point <= x)
     }
 
-    /// The piece in which a number lies: -1 before the first one, `count` behind the last one, and over
+    /// The stretch in which a number lies: -1 before the first one, `count` behind the last one, and over
     /// all turns of a table that repeats itself.
-    pub fn piece(&self, x: f64) -> i64 {
+    pub fn stretch(&self, x: f64) -> i64 {
         let [first, last] = self.ends();
         let (turns, rest) = self.wrapped(x);
         let count = self.count();
         if self.beyond != Beyond::Repeat && (x < first || x > last) {
             return if x < first { -1 } else { count };
         }
-        let within = if self.interpolation == Interpolation::Cubic { 0 } else { self.search(rest) as i64 };
-        turns * count + within
+        let starts = self.stretches.partition_point(|&piece| self.points[piece] <= rest);
+        turns * count + (starts.max(1) - 1) as i64
     }
 
-    /// Where a piece ends; infinite where it has no end, or no end at which the table is not smooth.
-    pub fn bounds(&self, piece: i64) -> [f64; 2] {
+    /// Where a stretch ends; infinite where it has no end, or no end at which the table is not smooth.
+    pub fn bounds(&self, stretch: i64) -> [f64; 2] {
         let [first, last] = self.ends();
         let count = self.count();
-        if self.beyond == Beyond::Repeat {
-            if self.interpolation == Interpolation::Cubic {
-                return [f64::NEG_INFINITY, f64::INFINITY];
-            }
-            let start = piece.div_euclid(count) as f64 * self.span();
-            let within = piece.rem_euclid(count) as usize;
-            return [self.points[within] + start, self.points[within + 1] + start];
+        if self.closes {
+            return [f64::NEG_INFINITY, f64::INFINITY];
         }
-        match piece {
-            -1 => [f64::NEG_INFINITY, first],
-            _ if piece == count => [last, f64::INFINITY],
-            _ if self.interpolation == Interpolation::Cubic => [first, last],
-            _ => [self.points[piece as usize], self.points[piece as usize + 1]],
+        if self.beyond != Beyond::Repeat && stretch < 0 {
+            return [f64::NEG_INFINITY, first];
         }
+        if self.beyond != Beyond::Repeat && stretch >= count {
+            return [last, f64::INFINITY];
+        }
+        let shift = stretch.div_euclid(count) as f64 * self.span();
+        self.pieces_of(stretch.rem_euclid(count) as usize).map(|point| self.points[point] + shift)
     }
 
-    /// Whether the table has a value in a piece.
-    pub fn covers(&self, piece: i64) -> bool {
-        self.beyond != Beyond::End || (0..self.count()).contains(&piece)
+    /// Whether the table has a value in a stretch.
+    pub fn covers(&self, stretch: i64) -> bool {
+        self.beyond != Beyond::End || (0..self.count()).contains(&stretch)
     }
 
-    /// Value where a number lies in a piece or, by an error of a step, a little beyond it.
-    pub fn value<S: Scalar>(&self, x: S, piece: i64) -> S {
-        let [first, last] = self.ends();
-        if self.beyond != Beyond::Repeat && (piece < 0 || piece >= self.count()) {
+    /// Value where a number lies in a stretch or, by an error of a step, a little beyond it.
+    pub fn value<S: Scalar>(&self, x: S, stretch: i64) -> S {
+        if self.beyond != Beyond::Repeat && (stretch < 0 || stretch >= self.count()) {
             return match self.beyond {
-                Beyond::Hold => S::constant(if piece < 0 { self.pieces[0][0] } else { self.last }),
+                Beyond::Hold => S::constant(if stretch < 0 { self.pieces[0][0] } else { self.last }),
                 _ => S::constant(f64::NAN),
             };
         }
-        let (within, turns) = if self.interpolation == Interpolation::Cubic {
-            let (turns, rest) = self.wrapped(x.value());
-            (self.search(rest.clamp(first, last)), turns)
-        } else {
-            (piece.rem_euclid(self.count()) as usize, piece.div_euclid(self.count()))
-        };
-        let from = self.points[within] + turns as f64 * self.span();
+        let turns = if self.closes { self.wrapped(x.value()).0 } else { stretch.div_euclid(self.count()) };
+        let shift = turns as f64 * self.span();
+        let [start, end] = self.pieces_of(stretch.rem_euclid(self.count()) as usize);
+        let inner = &self.points[start + 1..end];
+        let within = start + inner.partition_point(|&point| point <= x.value() - shift);
+        let from = self.points[within] + shift;
         let [c0, c1, c2, c3] = self.pieces[within];
         let distance = x - from;
         ((distance * c3 + c2) * distance + c1) * distance + c0

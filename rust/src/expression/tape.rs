@@ -195,6 +195,17 @@ impl Tape {
         self
     }
 
+    /// The same for runs of a relative tolerance, see [`Curve::for_tolerance`]; `None` if it does not change.
+    pub(crate) fn for_tolerance(&self, rtol: f64) -> Option<Tape> {
+        let mut other = None;
+        for (index, switch) in self.switches.iter().enumerate() {
+            if let Some(curve) = switch.curve().and_then(|curve| curve.for_tolerance(rtol)) {
+                other.get_or_insert_with(|| self.clone()).switches[index].at = SwitchAt::Points(curve);
+            }
+        }
+        other
+    }
+
     /// Its value.
     #[inline(always)]
     pub fn value<S: Scalar>(&self, variables: &[S], states: &[i64]) -> S {
@@ -215,7 +226,7 @@ impl Tape {
     pub fn state(&self, switch: usize, variables: &[f64], states: &[i64]) -> i64 {
         let number = self.number(switch, variables, states);
         match &self.switches[switch].at {
-            SwitchAt::Points(curve) => curve.piece(number),
+            SwitchAt::Points(curve) => curve.stretch(number),
             SwitchAt::Zero => i64::from(number < 0.0) * BELOW,
             SwitchAt::EndOfDomain => 0,
         }

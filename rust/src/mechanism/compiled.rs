@@ -57,6 +57,18 @@ impl Mechanism {
         Ok(Mechanism { tree, start, scales, branch, warnings })
     }
 
+    /// The mechanism for runs of a relative tolerance, which step over the points of tables that are smooth enough; `None`
+    /// if that is this one.
+    pub(crate) fn for_tolerance(&self, rtol: f64) -> Option<Mechanism> {
+        let mut other = None;
+        for (index, load) in self.motion_loads.iter().enumerate() {
+            if let Some(tape) = load.tape.for_tolerance(rtol) {
+                other.get_or_insert_with(|| self.clone()).tree.motion_loads[index].tape = tape;
+            }
+        }
+        other
+    }
+
     /// Kinetic energy at the speeds of the components [J]. Energies are differences of terms of this size, whatever of it
     /// is exchanged.
     pub(crate) fn energy_scale(&self) -> f64 {

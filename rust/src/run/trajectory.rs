@@ -272,6 +272,8 @@ pub fn record<'a>(
     values: &mut [f64],
 ) -> Result<Trajectory, InputError> {
     let begin = begin.into();
+    let smoothed = mechanism.for_tolerance(settings.rtol);
+    let mechanism = smoothed.as_ref().unwrap_or(mechanism);
     let (start, from) = match begin {
         Begin::State(start) => (start.clone(), 0.0),
         Begin::Restart(restart) => {

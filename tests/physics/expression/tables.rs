@@ -21,7 +21,7 @@ fn points(random: &mut Random, count: usize) -> (Vec<f64>, Vec<f64>) {
 }
 
 fn at(curve: &Curve, x: f64) -> f64 {
-    curve.value(x, curve.piece(x))
+    curve.value(x, curve.stretch(x))
 }
 
 #[test]
@@ -40,7 +40,7 @@ fn curves_pass_through_their_points_and_hold_or_end_beyond() {
                 match beyond {
                     Beyond::End => {
                         assert!(at(&curve, before).is_nan() && at(&curve, after).is_nan());
-                        assert!(!curve.covers(curve.piece(before)) && !curve.covers(curve.piece(after)));
+                        assert!(!curve.covers(curve.stretch(before)) && !curve.covers(curve.stretch(after)));
                     }
                     Beyond::Hold => {
                         assert_eq!([at(&curve, before), at(&curve, after)], [values[0], values[count - 1]]);
@@ -67,11 +67,57 @@ fn pieces_and_their_bounds_agree() {
             let curve = Curve::new(&points, &values, way, beyond).unwrap();
             for k in 0..400 {
                 let x = points[0] - 3.0 + 0.02 * f64::from(k);
-                let [lower, upper] = curve.bounds(curve.piece(x));
+                let [lower, upper] = curve.bounds(curve.stretch(x));
                 assert!(lower - 1e-12 <= x && x <= upper + 1e-12, "{way:?} {beyond:?} {x}: {lower} {upper}");
             }
         }
     }
+}
+
+#[test]
+fn runs_step_over_points_that_are_smooth_and_the_values_are_the_same() {
+    let mut random = Random(13);
+    for count in [3, 5, 9, 40] {
+        let (points, values) = points(&mut random, count);
+        // Straight lines through a smooth function, with one kink.
+        let bent: Vec<f64> = points.iter().map(|x| 3.0 + 0.01 * x.sin() + (x - points[2]).max(0.0)).collect();
+        for way in WAYS {
+            for (values, beyond) in [(&values, Beyond::Repeat), (&values, Beyond::End), (&bent, Beyond::Hold)]
+            {
+                let curve = Curve::new(&points, values, way, beyond).unwrap();
+                for rtol in [1e-6, 1e-3, 0.03, 0.3] {
+                    let Some(smooth) = curve.for_tolerance(rtol) else { continue };
+                    assert_ne!(way, Interpolation::Cubic);
+                    for _ in 0..200 {
+                        let x = random.within(points[0] - 1.0, points[count - 1] + 1.0);
+                        let [one, other] = [&curve, &smooth].map(|curve| at(curve, x));
+                        assert!(
+                            one == other || one.is_nan() && other.is_nan(),
+                            "{way:?} {beyond:?} {x}: {one} {other}"
+                        );
+                        let [lower, upper] = smooth.bounds(smooth.stretch(x));
+                        let [first, last] = curve.bounds(curve.stretch(x));
+                        assert!(lower <= first && last <= upper);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_kink_is_stepped_over_if_rounding_it_changes_less_than_the_tolerance() {
+    // A kink of slope 0.08 between pieces of width 1 and values of about 1: rounded it changes by 0.01.
+    let curve = |middle: f64| {
+        let values = [1.0, 1.0, middle, 2.0 * middle - 1.0];
+        Curve::new(&[0.0, 1.0, 2.0, 3.0], &values, Interpolation::Linear, Beyond::End).unwrap()
+    };
+    let kinked = curve(1.08);
+    assert_eq!(kinked.for_tolerance(0.009).unwrap().bounds(0), [0.0, 1.0]);
+    assert_eq!(kinked.for_tolerance(0.009).unwrap().bounds(1), [1.0, 3.0]);
+    assert_eq!(kinked.for_tolerance(0.0101).unwrap().bounds(0), [0.0, 3.0]);
+    // A straight line has no kink at any tolerance.
+    assert_eq!(curve(1.0).for_tolerance(1e-13).unwrap().bounds(0), [0.0, 3.0]);
 }
 
 #[test]

@@ -56,10 +56,13 @@ pub(crate) fn cross_switch(
         log.end_phase(motion, slot, at);
         normal_velocity = motion.dynamics.contact_state(slot).penetration_rate;
     }
-    let crossed = flip(motion, switch, at);
-    if load.tape.is_of_formula(switch - load.first_switch) {
-        log.record(Event { time: at.t, place, kind: EventKind::Switch, normal_velocity });
+    if !load.tape.is_of_formula(switch - load.first_switch) {
+        // A table never jumps. Beyond its next point, which may be nearer than the step is exact, the step ends again.
+        let has_value = motion.dynamics.flip_switch(switch);
+        return if has_value { Ok(f64::INFINITY) } else { Err(Status::OutsideTable) };
     }
+    let crossed = flip(motion, switch, at);
+    log.record(Event { time: at.t, place, kind: EventKind::Switch, normal_velocity });
     crossed
 }
 
@@ -93,7 +96,7 @@ fn place_of(function: &MotionLoad, index: usize) -> Place {
     function.law_of.map_or(Place::Load(index), |law| Place::Joint(law.slot))
 }
 
-/// Changes the state of a switch. Only its direction counts for what follows: both forms of the force may push the
+/// Changes the state of a switch of a formula. Only its direction counts for what follows: both forms of the force may push the
 /// quantity back, as dry friction does at rest, and then there is no motion that an expression describes. Where the force
 /// is continuous, as a drag that vanishes with the velocity, the quantity rests there, and keeps its form within the
 /// tolerance: the two forms in turn would change without end.
@@ -107,9 +110,7 @@ fn flip(motion: &mut Motion, switch: usize, StateAt { t, q, v }: StateAt) -> Res
     };
     let before = rate(motion)?;
     let (old, state) = (motion.dynamics.load_near_switch(switch), motion.dynamics.switches[switch]);
-    if !motion.dynamics.flip_switch(switch) {
-        return Err(Status::OutsideTable);
-    }
+    motion.dynamics.flip_switch(switch);
     let after = rate(motion)?;
     let new = motion.dynamics.load_near_switch(switch);
     // A continuous force has one value on the switch, whatever it has here.
