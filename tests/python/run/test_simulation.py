@@ -135,7 +135,7 @@ def test_trajectories_are_values(run, tmp_path):
 def test_files_say_what_made_them(run, tmp_path):
     with np.load(run.save(tmp_path / "run.npz"), allow_pickle=False) as archive:
         facts = json.loads(str(archive["metadata"]))
-    assert facts["format"] == 2 and facts["kind"] == "trajectory"
+    assert facts["format"] == 3 and facts["kind"] == "trajectory"
     assert facts["versions"]["chebclear"] == cc.__version__
     assert set(facts["versions"]) == {"chebclear", "numpy", "python", "platform"}
     record = facts["record"]
