@@ -13,11 +13,20 @@ from .study.bifurcation import Bifurcation
 from .study.comparison import Comparison
 from .study.requirements.conformance import Conformance
 from .study.results import StudyResult
+from .study.runs import Runs
 from .tradeoffs.bounds import StudyTradeoff
 from .tradeoffs.result import Tradeoff
 
 Saved: TypeAlias = (
-    Trajectory | StudyResult | Tradeoff | StudyTradeoff | Bifurcation | Comparison | Conformance | RareShare
+    Trajectory
+    | StudyResult
+    | Runs
+    | Tradeoff
+    | StudyTradeoff
+    | Bifurcation
+    | Comparison
+    | Conformance
+    | RareShare
 )
 
 _CLASSES = {kind.kind_of_file: kind for kind in get_args(Saved)}
@@ -33,7 +42,7 @@ def load_result(path: str | os.PathLike[str]) -> Saved:
 
     Returns
     -------
-    Trajectory, StudyResult, Tradeoff, StudyTradeoff, Bifurcation, Comparison, Conformance or RareShare
+    Trajectory, StudyResult, Runs, Tradeoff, StudyTradeoff, Bifurcation, Comparison, Conformance or RareShare
         What was saved.
 
     Raises

@@ -48,6 +48,7 @@ from .study.polynomials.surrogate import PolynomialRange as PolynomialRange, Sur
 from .study.requirements.conformance import Conformance as Conformance, Share as Share
 from .study.requirements.specification import Specification as Specification
 from .study.results import StudyResult as StudyResult
+from .study.runs import Runs as Runs
 from .study.sweep import LiftOff as LiftOff, Resonance as Resonance, Sweep as Sweep
 from .templates.template import Parameter as Parameter, Template as Template
 from .tradeoffs.bounds import StudyTradeoff as StudyTradeoff, StudyTradeoffPoint as StudyTradeoffPoint

@@ -20,7 +20,7 @@ from .band.notices import SETTLING, TOO_FEW_RUNS, doubts, early_widths, remarks,
 from .band.requirement import LEAST_RUNS, Requirement, band_usage
 from .band.worst import WorstCase, predicted_extremes
 from .by_angle import cut, unpredictable
-from .differences import model_differences, scene_differences, setting_differences, unequal
+from .differences import model_differences, scene_differences, setting_differences, study_differences, unequal
 from .features.features import feature_table
 from .polynomials.holes import fit_holes
 from .polynomials.points import SAME_POINT, in_box, on_cube
@@ -190,13 +190,10 @@ def check_same_study(checks: Checks, runner: Runner, result: object) -> None:
     if not isinstance(result, StudyResult):
         checks.add("result", f"must be a result of this study, got {result!r}", wrong_type=True)
         return
-    found: list[str] = []
     if result.spec is not None:
-        found += model_differences(runner, result.spec)
-        found += setting_differences(runner.spec.settings, result.spec.settings)
-        own, other = runner.facts()["features"], result.spec.facts()["features"]
-        found += unequal("feature ", own, other)
-    found += unequal("interval of ", runner.intervals, result.intervals)
+        found = study_differences(runner.spec, result.spec)
+    else:
+        found = list(unequal("interval of ", runner.intervals, result.intervals))
     if not found and result.scene is not None:
         found += scene_differences(scene_of(runner, runner.nominal), result.scene)
     if found:
@@ -236,7 +233,7 @@ def _other_runs(
         yield "has other instants"
     # A table of finished runs may have none; neither its model nor its settings are known.
     spec, theirs = result.spec, result.features.names
-    strange = spec is None or spec.table or runner.table
+    strange = spec is None or runner.table or (spec.table and spec.settings is None)
     if theirs != own.feature_names and not (strange and not theirs):
         yield f"has the features {', '.join(theirs) or 'none'}"
     if spec is None or strange:

@@ -135,7 +135,7 @@ def unpredictable(runs: RunTable) -> tuple[Notice, ...]:
     parameters.
     """
     settings, period = runs.settings, -math.inf if runs.scene is None else settling_time(runs.scene)
-    if settings is None or period < 0.0 or runs.t[-1] < _PREDICTABLE * period:
+    if settings is None or not runs.scenes or period < 0.0 or runs.t[-1] < _PREDICTABLE * period:
         return ()
     tighter = max(0.1 * settings.run_rtol, LEAST_RTOL)
     again = dataclasses.replace(settings, rtol=tighter, features=(), cycles=1, companion_of=settings.rtol)

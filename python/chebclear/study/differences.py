@@ -32,6 +32,13 @@ def differences(result: StudyResult, reference: StudyResult) -> Iterator[str]:
     yield from scene_differences(result.scene, reference.scene)
 
 
+def study_differences(one: StudySpec, other: StudySpec) -> list[str]:
+    """What differs between what two studies ask for: models, settings, features and intervals."""
+    found = [*model_differences(one, other), *setting_differences(one.settings, other.settings)]
+    found += unequal("feature ", one.facts()["features"], other.facts()["features"])
+    return [*found, *unequal("interval of ", one.intervals, other.intervals)]
+
+
 def model_differences(one: StudySpec, other: StudySpec) -> Iterator[str]:
     """Differences between what builds the scenes, or computes the runs, and its fixed keywords.
 

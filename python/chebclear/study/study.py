@@ -31,6 +31,7 @@ from .polynomials.surrogate import BoundKind
 from .requirements.specification import Specification
 from .results import StudyResult
 from .runner import Design, checked_runner
+from .runs import Runs, runs_of
 from .sources.asked import FeatureSpec
 from .sources.finished import FinishedRuns, finished_runs
 from .spec import MAX_RUNS
@@ -309,6 +310,39 @@ class Study:
     ) -> StudyResult:
         """A result of `band` with further runs; see `StudyResult.extend`."""
         return self._issued(extended(self.runner, result, runs, include))
+
+    def run(
+        self, points: int | Mapping[str, ArrayLike] | ArrayLike, *, rng: int | Generator | None = 0
+    ) -> Runs:
+        """The runs themselves, at random points or at your own, to look at, to add and to answer from.
+
+        Parameters
+        ----------
+        points : int, mapping of str to array_like, or array_like
+            Number of independent points, uniform in the box [-]; or the values of each parameter by name,
+            shape (runs,); or all of them, shape (runs, parameters) [SI units], inside the intervals. One run
+            at the nominal values comes besides.
+        rng : int, numpy.random.Generator or None
+            As of `band`.
+
+        Returns
+        -------
+        Runs
+            ``runs["slider.x"]`` has the values of an output; ``runs.band()`` answers. Errors are those of
+            `chebyshev`.
+
+        Examples
+        --------
+        >>> import chebclear as cc
+        >>> sides = {"crank_length": cc.Interval.around(0.05, rel=0.1)}
+        >>> study = cc.Study(cc.mechanisms.slider_crank, sides, ["slider.x"], duration=1e-3, samples=11)
+        >>> runs = study.run(20)
+        >>> runs["slider.x"].shape, len(runs + study.run([[0.049], [0.051]]))
+        ((20, 11), 22)
+        """
+        made = runs_of(self.runner, points, rng)
+        issue(made.notices)
+        return made
 
     def sample(self, runs: int = 81, *, rng: int | Generator | None = 0) -> StudyResult:
         """Simulate at independent, uniformly distributed random points of the box, as for features.

@@ -6,7 +6,7 @@ import pytest
 from scipy.interpolate import PchipInterpolator, PPoly
 
 METHODS = ["auto", "adams", "dop853", "rodas4", "rodas5p"]
-# Largest error of the energy over rtol times its range [-]; 4 is the worst of 38 random tables by all methods.
+# Largest error of the energy over rtol times its range [-]; 4 is the worst of 38 random tables by all methods
 ALLOWED = 10.0
 
 
