@@ -97,6 +97,10 @@ def asked_features(
             checks.add(f'features["{name}"]', f"must be a feature of samples{meant_or_known(name, own)}")
         elif isinstance(one, Feature) and one.kind in JOINT_KINDS and one.kind not in _OF_CONTACT:
             checks.add(f'features["{name}"]', "is found in simulations only, not in samples of a trace")
+        elif isinstance(one, Feature) and one.window is not None:
+            checks.add(
+                f'features["{name}"]', "has a window, which is found in simulations only: leave it out"
+            )
         elif column_of(one) not in measured:
             checks.add(f'features["{name}"]', f"needs {column_of(one)}, which was not measured")
         else:

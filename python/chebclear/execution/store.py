@@ -31,6 +31,7 @@ from ..base.files import DAMAGE, member_header, package_version
 from ..base.writing import replaced
 from ..errors import StoreError
 from ..notices import Notice
+from ..run.features import Feature
 from ..run.settings import Settings
 from ..scene.structure import FlatScene
 from .costs import STATS
@@ -167,8 +168,14 @@ def scene_facts(settings: Settings, topology: str, rtol: float) -> dict[str, Any
         "topology": topology,
         "settings": {name: value for name, value in plain.items() if name not in _NAMED},
         "outputs": list(settings.outputs or ()),
-        "features": [f"{feature.kind} of {feature.of}" for feature in settings.features],
+        "features": [_named(feature) for feature in settings.features],
     }
+
+
+def _named(feature: Feature) -> str:
+    """What a feature is, to the last digit."""
+    own = f"{feature.kind} of {feature.of}"
+    return own if feature.window is None else f"{own} while {feature.window!r}"
 
 
 def run_key(scene: FlatScene, settings: Settings) -> bytes:

@@ -216,7 +216,7 @@ class Settings(Shown):
     @classmethod
     def from_dict(cls, plain: Mapping[str, Any]) -> Settings:
         """The settings from their JSON form."""
-        features = tuple(Feature(**feature) for feature in plain.get("features", ()))
+        features = tuple(map(Feature.from_dict, plain.get("features", ())))
         return cls(**{**plain, "features": features})
 
     def fitted(self, facts: Inspection) -> Settings:
@@ -261,6 +261,10 @@ def require_features(facts: Inspection, features: Iterable[Feature]) -> None:
         if feature.of not in known and (joint or feature.of not in sectors):
             hint = meant_or_known(feature.of, known) if joint else output_meant(feature.of, known)
             checks.add("features", f'has the {feature.kind} of the unknown {what} "{feature.of}"{hint}')
+        window = feature.window
+        if window is not None and window.of != "time" and window.of not in columns:
+            hint = output_meant(window.of, columns)
+            checks.add("features", f'has a window of the unknown output "{window.of}"{hint}')
     checks.finish()
 
 

@@ -23,7 +23,7 @@ from ..base.shown import did_you_mean, in_a_sentence, meant_or_known
 from ..base.units import unit, units_in
 from ..errors import ArgumentError, Problem, SceneError
 from ..execution.options import OnFailure
-from ..run.features import Feature
+from ..run.features import Feature, Window
 from ..run.settings import RunOptions, Settings
 from ..scene.distributions import Distribution
 from ..scene.scene import Interval, Scene
@@ -287,7 +287,9 @@ def written(value: Any) -> Any:
     if isinstance(value, np.ndarray) and value.dtype.kind in "biufU":
         return {"array": value.tolist(), "type": value.dtype.str}
     if isinstance(value, Feature):
-        return {"feature": [value.kind, value.of]}
+        window = value.window
+        own = [] if window is None else [window.of, window.lower, window.upper]
+        return {"feature": [value.kind, value.of, *own]}
     if isinstance(value, Part):
         problems: list[Problem] = []
         plain = write(value, (type(value),), "", problems)
@@ -307,8 +309,8 @@ def as_it_was(plain: Any) -> Any:
             return {name: as_it_was(item) for name, item in items.items()}
         case {"array": items, "type": kind}:
             return np.array(items, dtype=kind)
-        case {"feature": [kind, of]}:
-            return Feature(kind, of)
+        case {"feature": [kind, of, *window]}:
+            return Feature(kind, of, Window(*window) if window else None)
         case {"record": name, "fields": fields}:
             problems: list[Problem] = []
             record = read(fields, (_records()[name],), "", problems)

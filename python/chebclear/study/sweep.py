@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,7 @@ from .band.revolutions import Revolutions
 from .bifurcation import GoOn, in_threads
 from .by_angle import crank_of, drives_of
 from .runner import Runner
-from .sources.asked import known_units, units_of
+from .sources.asked import FeatureSpec, known_units, units_of
 from .sources.scenes import scene_of
 from .spec import check_keywords
 
@@ -251,9 +251,10 @@ def sweep_of(
     count = checks.whole("points", points, least=3, most=MOST_POINTS)
     kept = checks.whole("revolutions", revolutions, least=_LEAST_TURNS, most=MOST_PERIODS)
     skipped = checks.whole("discard", discard, least=0, most=MOST_PERIODS)
-    asked = [one for one in runner.features.values() if isinstance(one, Feature) and one.unit != "s"]
+    asked = [one for one in runner.features.values() if _is_of_a_turn(one)]
     if not asked or len(asked) < len(runner.features):
-        checks.add("features", "must be those of a revolution, such as the peak of an output, and no others")
+        text = "must be those of a revolution, such as the peak of an output, without a window, and no others"
+        checks.add("features", text)
     unit = ""
     if isinstance(parameter, str) and not checks.noted("parameter"):
         unit = (known_units(runner.build, [parameter]) | dict(runner.units)).get(parameter, "")
@@ -327,6 +328,10 @@ def _told(parameter: str, at: Array, found: Sequence[_Turned]) -> tuple[Notice, 
             raise ArgumentError(text)
         notices.append(replace(told, text=text, numbers={"runs": len(runs), "of_runs": len(found)}))
     return tuple(notices)
+
+
+def _is_of_a_turn(feature: FeatureSpec) -> TypeGuard[Feature]:
+    return isinstance(feature, Feature) and feature.unit != "s" and feature.window is None
 
 
 def _tracked(wanted: list[Feature]) -> tuple[Feature, ...]:

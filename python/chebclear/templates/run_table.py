@@ -28,6 +28,8 @@ _NEEDED: dict[str, Any] = {"duration": 1.0, "samples": 2}
 # Without blanks around the name, which would be tried in all ways: the time would grow with their cube.
 _FEATURE = re.compile(r"\s*(\w+)\s*\(([^()]*)\)\s*", re.ASCII)
 _EXAMPLE = '"peak(slider.ax)"'
+_WINDOW = re.compile(r"([\w.]+)\s*=\s*(.*?)\s*\.\.\s*(.*)")
+_WINDOW_EXAMPLE = '"crank.angle = 80 deg .. 120 deg" or "time = 20 ms .."'
 GRADE = re.compile(r"IT(\d{1,2})")
 """An ISO grade in a catalog."""
 _TOLERANCE = "tolerance"
@@ -84,8 +86,28 @@ def read_features(given: Any, values: Values) -> dict[str, Feature]:
             what = "a clearance joint" if found[1] in JOINT_KINDS else "an output"
             values.note(("features", name), f"misses the name of {what} in its parentheses")
         else:
-            features[name] = Feature(found[1], found[2].strip())
+            of, _, window = (part.strip() for part in found[2].partition(","))
+            ends = _WINDOW.fullmatch(window)
+            if window and ends is None:
+                values.note(
+                    ("features", name), f"may have a window such as {_WINDOW_EXAMPLE}, got {window!r}"
+                )
+                continue
+            try:
+                given = None if ends is None else (ends[1], _number(ends[2]), _number(ends[3]))
+                features[name] = Feature(found[1], of, given)
+            except (ArgumentError, ArgumentTypeError) as error:
+                for _, message in error.problems:
+                    values.note(("features", name), f"window {message}")
     return features
+
+
+def _number(text: str) -> float | str | None:
+    """An end of a window: a number, a text with a unit, or none."""
+    try:
+        return float(text)
+    except ValueError:
+        return text or None
 
 
 def read_requirements(given: Any, values: Values) -> dict[str, Specification]:

@@ -12,6 +12,9 @@ use crate::run::contacts::{Contact, Event, EventKind, Place};
 use crate::run::outputs::{Column, Needs, parse_columns};
 use crate::run::work::Work;
 
+/// A full turn [rad].
+pub(crate) const TURN: f64 = 2.0 * std::f64::consts::PI;
+
 /// Kind of a feature of an output or a clearance joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FeatureKind {
@@ -57,13 +60,24 @@ pub const FEATURE_WORDS: [(&str, FeatureKind); 12] = [
     ("loss", FeatureKind::Loss),
 ];
 
+/// The times of which a feature is taken: those at which a quantity is between two values.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Window {
+    /// Name of an output, or `time`. An angle is taken in every turn.
+    pub of: String,
+    /// The values, in the unit of the quantity; infinite where there is no end.
+    pub ends: [f64; 2],
+}
+
 /// A feature that the settings ask for.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Feature {
     /// Its kind.
     pub kind: FeatureKind,
     /// Name of an output; of a clearance joint for the last five kinds.
     pub of: String,
+    /// Its times; all if there is none.
+    pub window: Option<Window>,
 }
 
 /// A quantity that can be tracked through the motion.
@@ -90,10 +104,46 @@ impl Quantity {
     }
 }
 
+/// A window, compiled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Gate {
+    /// What is between the ends; the time if it is no output.
+    column: Option<Column>,
+    ends: [f64; 2],
+    /// A full turn for angles; infinite for what does not return.
+    period: f64,
+}
+
+impl Gate {
+    /// Value in the state the dynamics was last placed in, at a time.
+    pub(crate) fn value(&self, time: f64, dynamics: &Dynamics, work: &Work) -> f64 {
+        self.column.map_or(time, |column| column.value(dynamics, work))
+    }
+
+    /// How often a value is beyond each end: it passes one where the number changes.
+    pub(crate) fn passed(&self, value: f64) -> [f64; 2] {
+        self.ends.map(|end| {
+            if self.period.is_finite() {
+                ((value - end) / self.period).floor()
+            } else {
+                f64::from(u8::from(value >= end))
+            }
+        })
+    }
+
+    /// Whether a value is between the ends.
+    pub(crate) fn holds(&self, value: f64) -> bool {
+        let [lower, upper] = self.passed(value);
+        lower > upper
+    }
+}
+
 /// A tracked quantity and which of its extrema are wanted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Tracked {
     quantity: Quantity,
+    /// The gate that must be open; always if there is none.
+    pub(crate) gate: Option<usize>,
     pub(crate) highest: bool,
     pub(crate) lowest: bool,
 }
@@ -118,7 +168,8 @@ enum Source {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Plan {
     pub(crate) tracked: Vec<Tracked>,
-    values: Vec<(FeatureKind, Source)>,
+    pub(crate) gates: Vec<Gate>,
+    values: Vec<(FeatureKind, Source, Option<usize>)>,
     /// What the tracked quantities need.
     pub(crate) needs: Needs,
 }
@@ -132,16 +183,19 @@ impl Plan {
         let mut plan = Self::default();
         let mut problems = Vec::new();
         for (index, feature) in features.iter().enumerate() {
-            match plan.source(mechanism, feature) {
-                Ok(source) => plan.values.push((feature.kind, source)),
-                Err(message) => {
-                    problems.push(Problem::new(format!("settings.features[{index}].of"), message));
-                }
+            let path = format!("settings.features[{index}]");
+            let gate = plan.gate(mechanism, feature.window.as_ref()).unwrap_or_else(|message| {
+                problems.push(Problem::new(format!("{path}.window.of"), message));
+                None
+            });
+            match plan.source(mechanism, feature, gate) {
+                Ok(source) => plan.values.push((feature.kind, source, gate)),
+                Err(message) => problems.push(Problem::new(format!("{path}.of"), message)),
             }
         }
         let columns: Vec<Column> = plan.columns().collect();
         plan.needs = Needs::of(&columns);
-        let has_rates = plan.tracked.len() > columns.len();
+        let has_rates = plan.tracked.iter().any(|tracked| !matches!(tracked.quantity, Quantity::Output(_)));
         plan.needs.contacts |= has_rates;
         // What a spring stores, and a contact does not lose, depends on accelerations.
         let stores = mechanism.slots.iter().any(|slot| slot.law.stick_slip().is_some());
@@ -149,7 +203,24 @@ impl Plan {
         Subject::Settings.judge(plan, problems)
     }
 
-    fn source(&mut self, mechanism: &Mechanism, feature: &Feature) -> Result<Source, String> {
+    fn gate(&mut self, mechanism: &Mechanism, window: Option<&Window>) -> Result<Option<usize>, String> {
+        let Some(Window { of, ends }) = window else { return Ok(None) };
+        let column = if of == "time" { None } else { Some(output(mechanism, of)?) };
+        let is_angle = of.rsplit('.').next() == Some("angle");
+        let gate = Gate { column, ends: *ends, period: if is_angle { TURN } else { f64::INFINITY } };
+        let known = self.gates.iter().position(|known| *known == gate);
+        Ok(Some(known.unwrap_or_else(|| {
+            self.gates.push(gate);
+            self.gates.len() - 1
+        })))
+    }
+
+    fn source(
+        &mut self,
+        mechanism: &Mechanism,
+        feature: &Feature,
+        gate: Option<usize>,
+    ) -> Result<Source, String> {
         use FeatureKind::{
             ContactShare, Impacts, Impulse, Loss, Lowest, Mean, Peak, PeakToPeak, Rms, TimeOfLowest,
             TimeOfPeak, Wear,
@@ -157,13 +228,10 @@ impl Plan {
         let name = &feature.of;
         match feature.kind {
             Peak | TimeOfPeak | Lowest | TimeOfLowest | PeakToPeak | Mean | Rms => {
-                let columns = parse_columns(mechanism, std::slice::from_ref(name));
-                let [column] = columns.map_err(|error| error.problems[0].message.clone())?[..] else {
-                    return Err(format!("unknown output {name:?}"));
-                };
+                let column = output(mechanism, name)?;
                 let highest = matches!(feature.kind, Peak | TimeOfPeak | PeakToPeak);
                 let lowest = matches!(feature.kind, Lowest | TimeOfLowest | PeakToPeak);
-                Ok(self.track(Quantity::Output(column), highest, lowest))
+                Ok(self.track(Quantity::Output(column), gate, highest, lowest))
             }
             Impacts | ContactShare | Impulse | Wear | Loss => {
                 let joints = || mechanism.slots.iter().map(|joint| joint.name.as_str());
@@ -174,27 +242,28 @@ impl Plan {
                     ));
                 };
                 Ok(match feature.kind {
-                    Wear => self.track(Quantity::WearRate(joint), false, false),
-                    Loss => self.track(Quantity::LossRate(joint), false, false),
-                    Impulse => self.track(Quantity::Output(Column::normal_force(joint)), false, false),
+                    Wear => self.track(Quantity::WearRate(joint), gate, false, false),
+                    Loss => self.track(Quantity::LossRate(joint), gate, false, false),
+                    Impulse => self.track(Quantity::Output(Column::normal_force(joint)), gate, false, false),
                     _ => Source::Joint(joint),
                 })
             }
         }
     }
 
-    /// The outputs among what is tracked.
+    /// The outputs among what is tracked, and those of the gates.
     pub(crate) fn columns(&self) -> impl Iterator<Item = Column> {
-        self.tracked.iter().filter_map(|tracked| match tracked.quantity {
+        let tracked = self.tracked.iter().filter_map(|tracked| match tracked.quantity {
             Quantity::Output(column) => Some(column),
             Quantity::WearRate(_) | Quantity::LossRate(_) => None,
-        })
+        });
+        tracked.chain(self.gates.iter().filter_map(|gate| gate.column))
     }
 
-    fn track(&mut self, quantity: Quantity, highest: bool, lowest: bool) -> Source {
-        let known = self.tracked.iter().position(|tracked| tracked.quantity == quantity);
-        let index = known.unwrap_or_else(|| {
-            self.tracked.push(Tracked { quantity, highest: false, lowest: false });
+    fn track(&mut self, quantity: Quantity, gate: Option<usize>, highest: bool, lowest: bool) -> Source {
+        let is_known = |tracked: &Tracked| tracked.quantity == quantity && tracked.gate == gate;
+        let index = self.tracked.iter().position(is_known).unwrap_or_else(|| {
+            self.tracked.push(Tracked { quantity, gate, highest: false, lowest: false });
             self.tracked.len() - 1
         });
         self.tracked[index].highest |= highest;
@@ -202,17 +271,28 @@ impl Plan {
         Source::Quantity(index)
     }
 
-    /// The features over a piece of the run between two instants [s].
+    /// The features over a piece of the run between two instants [s]; `open` are the times at which each gate is.
+    /// Those of times that there are none of are NaN.
     pub(crate) fn values(
         &self,
         ends: [f64; 2],
         extents: &[RunningStats],
+        open: &[Vec<[f64; 2]>],
         (events, contacts): (&[Event], &[Contact]),
     ) -> impl Iterator<Item = f64> {
-        self.values.iter().map(move |&(kind, source)| match source {
-            Source::Quantity(index) => extents[index].value(kind),
-            Source::Joint(joint) if kind == FeatureKind::Impacts => impacts(joint, ends, events),
-            Source::Joint(joint) => contact_share(joint, ends, contacts),
+        self.values.iter().map(move |&(kind, source, gate)| {
+            let spans = match gate {
+                None => vec![ends],
+                Some(gate) => within(&open[gate], ends),
+            };
+            match source {
+                _ if spans.is_empty() => f64::NAN,
+                Source::Quantity(index) => extents[index].value(kind),
+                Source::Joint(joint) if kind == FeatureKind::Impacts => {
+                    spans.iter().map(|&span| impacts(joint, span, events)).sum()
+                }
+                Source::Joint(joint) => contact_share(joint, &spans, contacts),
+            }
         })
     }
 
@@ -233,7 +313,7 @@ pub(crate) struct RunningStats {
     pub(crate) integral: f64,
     /// Integral of its square over time.
     pub(crate) square: f64,
-    /// Length of the piece [s].
+    /// Length of the piece, or of the time at which its gate is open [s].
     pub(crate) duration: f64,
 }
 
@@ -272,10 +352,30 @@ fn impacts(joint: usize, [start, end]: [f64; 2], events: &[Event]) -> f64 {
     events.iter().filter(inside).count() as f64
 }
 
-/// Fraction of the time between two instants [s] in which a clearance joint is in contact [-].
-fn contact_share(joint: usize, [start, end]: [f64; 2], contacts: &[Contact]) -> f64 {
-    let of_joint = contacts.iter().filter(|contact| contact.joint == joint);
-    // A contact without separation has NaN there, which `min` ignores.
-    let touched = of_joint.map(|contact| (contact.separation.min(end) - contact.onset.max(start)).max(0.0));
-    touched.sum::<f64>() / (end - start)
+/// Fraction of some spans of time [s] in which a clearance joint is in contact [-].
+fn contact_share(joint: usize, spans: &[[f64; 2]], contacts: &[Contact]) -> f64 {
+    let mut touched = 0.0;
+    for [start, end] in spans {
+        let of_joint = contacts.iter().filter(|contact| contact.joint == joint);
+        // A contact without separation has NaN there, which `min` ignores.
+        touched += of_joint
+            .map(|contact| (contact.separation.min(*end) - contact.onset.max(*start)).max(0.0))
+            .sum::<f64>();
+    }
+    touched / spans.iter().map(|[start, end]| end - start).sum::<f64>()
+}
+
+/// The parts of spans of time that are between two instants [s].
+fn within(spans: &[[f64; 2]], [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
+    let cut = spans.iter().map(|&[start, end]| [start.max(from), end.min(to)]);
+    cut.filter(|[start, end]| end > start).collect()
+}
+
+/// The column of an output.
+fn output(mechanism: &Mechanism, name: &String) -> Result<Column, String> {
+    let columns = parse_columns(mechanism, std::slice::from_ref(name));
+    let [column] = columns.map_err(|error| error.problems[0].message.clone())?[..] else {
+        return Err(format!("unknown output {name:?}"));
+    };
+    Ok(column)
 }

@@ -7,8 +7,8 @@ use crate::integrators::dop853::Dop853;
 use crate::integrators::rosenbrock::Rosenbrock;
 use crate::integrators::tableaus::{RODAS4, RODAS5P};
 use crate::integrators::{Limits, Stepper};
-use crate::run::features::{FEATURE_WORDS, Feature};
-use crate::scene::json::{Fields, at_least, parse, positive, read_object, within};
+use crate::run::features::{FEATURE_WORDS, Feature, TURN, Window};
+use crate::scene::json::{Fields, at_least, finite, parse, positive, read_object, within};
 
 /// Integration method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -154,6 +154,23 @@ pub fn read_settings(text: &str) -> Result<Settings, InputError> {
     Subject::Settings.judge(settings, problems)
 }
 
+fn read_window(fields: &mut Fields) -> Window {
+    let of = fields.text("of");
+    let lower = fields.optional_quantity("lower", finite("unit")).unwrap_or(f64::NEG_INFINITY);
+    let upper = fields.optional_quantity("upper", finite("unit")).unwrap_or(f64::INFINITY);
+    let is_turn = of.rsplit('.').next() == Some("angle");
+    if lower >= upper || upper == f64::INFINITY && lower == f64::NEG_INFINITY {
+        fields.problem("lower", format!("must be below upper, {upper}, got {lower}"));
+    } else if is_turn && upper - lower >= TURN {
+        let width = upper - lower;
+        fields.problem(
+            "upper",
+            format!("must be less than a turn above lower, and both be given, got {width} rad"),
+        );
+    }
+    Window { of, ends: [lower, upper] }
+}
+
 fn read(fields: &mut Fields) -> Settings {
     let limits = Limits::default();
     let rtol = fields.optional_quantity("rtol", within(RTOL_RANGE, "-")).unwrap_or(DEFAULT_RTOL);
@@ -167,6 +184,7 @@ fn read(fields: &mut Fields) -> Settings {
         features: fields.objects("features", |fields| Feature {
             kind: fields.word("kind", &FEATURE_WORDS),
             of: fields.text("of"),
+            window: fields.optional("window").map(|node| node.read(read_window)),
         }),
         cycles: fields.count_or("cycles", 1, CYCLES_RANGE),
         position_tolerance: fields.optional_quantity("position_tolerance", positive("m")),

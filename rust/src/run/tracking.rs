@@ -37,6 +37,8 @@ pub(crate) struct Tracking {
     bounds: Vec<f64>,
     /// Extents of all quantities, a row for each piece.
     extents: Vec<RunningStats>,
+    /// The times at which each gate is open [s].
+    open: Vec<Vec<[f64; 2]>>,
     /// Instant up to which the quantities have been tracked [s].
     reached: f64,
     /// The piece that starts or continues there.
@@ -61,12 +63,15 @@ impl Tracking {
             .chain([settings.duration])
             .map(|passed| from + passed)
             .collect();
-        let extents = bounds
-            .windows(2)
-            .flat_map(|ends| std::iter::repeat_n(RunningStats::new(ends[1] - ends[0]), plan.tracked.len()))
-            .collect();
+        let mut extents = Vec::new();
+        for ends in bounds.windows(2) {
+            extents.extend(plan.tracked.iter().map(|tracked| {
+                RunningStats::new(if tracked.gate.is_some() { 0.0 } else { ends[1] - ends[0] })
+            }));
+        }
         Self {
             values: vec![f64::NAN; ROWS * plan.tracked.len()],
+            open: vec![Vec::new(); plan.gates.len()],
             plan,
             bounds,
             extents,
@@ -81,7 +86,7 @@ impl Tracking {
 
     /// Whether the motion up to an instant [s] must be tracked.
     pub(crate) fn wants(&self, until: f64) -> bool {
-        !self.plan.tracked.is_empty() && until > self.reached
+        !(self.plan.tracked.is_empty() && self.plan.gates.is_empty()) && until > self.reached
     }
 
     /// A phase has changed, so that values may jump.
@@ -97,7 +102,7 @@ impl Tracking {
         for (piece, ends) in self.bounds.windows(2).enumerate() {
             if end >= ends[1] {
                 let extents = &self.extents[piece * width..][..width];
-                values.extend(self.plan.values([ends[0], ends[1]], extents, (events, contacts)));
+                values.extend(self.plan.values([ends[0], ends[1]], extents, &self.open, (events, contacts)));
             } else {
                 values.extend(self.plan.unknown());
             }
@@ -130,6 +135,7 @@ impl Tracking {
             let bound = self.bounds[self.piece + 1];
             // A drive may make many turns in one step.
             let to = end.min(bound).min(from + motion.piece_of_work(from, end - from));
+            let to = self.next_edge(from, to, motion, state);
             if !self.track_part(from, to, motion, state) {
                 return false;
             }
@@ -153,20 +159,40 @@ impl Tracking {
             *time = from + place * (to - from);
         }
         times[ROWS - 1] = to;
+        // No gate opens or closes between the ends: one of the nodes tells.
+        let is_open: Vec<bool> = (0..self.plan.gates.len())
+            .map(|gate| {
+                let value = self.gate_value(gate, times[ROWS / 2], motion, state);
+                self.plan.gates[gate].holds(value)
+            })
+            .collect();
+        for (spans, _) in self.open.iter_mut().zip(&is_open).filter(|(_, is_open)| **is_open) {
+            match spans.last_mut() {
+                Some([_, end]) if *end == from => *end = to,
+                _ => spans.push([from, to]),
+            }
+        }
         let mut values = std::mem::take(&mut self.values);
         values.copy_within((ROWS - 1) * width.., 0);
         let known = usize::from(self.continuous);
         let mut defined = true;
-        for (time, row) in times.iter().zip(values.chunks_exact_mut(width)).skip(known) {
+        for (row, time) in times.iter().enumerate().skip(known) {
             defined &= self.place_at(*time, motion, state);
-            for (value, tracked) in row.iter_mut().zip(&self.plan.tracked) {
+            for (value, tracked) in values[row * width..][..width].iter_mut().zip(&self.plan.tracked) {
                 *value = tracked.value(&motion.dynamics, &self.work);
             }
         }
         for index in 0..width {
+            let gate = self.plan.tracked[index].gate;
+            if gate.is_some_and(|gate| !is_open[gate]) {
+                continue;
+            }
             let column: [f64; ROWS] = std::array::from_fn(|row| values[row * width + index]);
             let place = self.piece * width + index;
             let mut extent = self.extents[place];
+            if gate.is_some() {
+                extent.duration += to - from;
+            }
             for ((_, weight), value) in GAUSS.iter().zip(&column[1..]) {
                 extent.integral += weight * (to - from) * value;
                 extent.square += weight * (to - from) * value * value;
@@ -187,6 +213,54 @@ impl Tracking {
         self.values = values;
         self.continuous = true;
         defined
+    }
+
+    /// The first instant of a part of a step at which a gate opens or closes; its end if none does.
+    fn next_edge(&mut self, from: f64, to: f64, motion: &mut Motion, state: &mut StateAt) -> f64 {
+        let mut first = to;
+        for gate in 0..self.plan.gates.len() {
+            let nodes = GAUSS.iter().map(|(place, _)| from + place * (to - from));
+            let times: Vec<f64> = std::iter::once(from).chain(nodes).chain([to]).collect();
+            let mut known: Vec<(f64, f64)> =
+                times.iter().map(|&time| (time, self.gate_value(gate, time, motion, state))).collect();
+            // Between two values it may pass an end and return.
+            for k in 1..ROWS - 1 {
+                let [before, here, after] = [k - 1, k, k + 1].map(|k| known[k]);
+                let sign = if here.1 >= before.1 && here.1 >= after.1 { 1.0 } else { -1.0 };
+                let way =
+                    sign * (here.1 - if sign > 0.0 { before.1.min(after.1) } else { before.1.max(after.1) });
+                let is_extremum = sign * here.1 >= sign * before.1 && sign * here.1 >= sign * after.1;
+                let passed = |value: f64| self.plan.gates[gate].passed(value);
+                if is_extremum && way > 0.0 && passed(here.1) != passed(here.1 + sign * way) {
+                    let (time, value) =
+                        highest_within([before.0, after.0], (here.0, sign * here.1), |time| {
+                            sign * self.gate_value(gate, time, motion, state)
+                        });
+                    known.push((time, sign * value));
+                }
+            }
+            known.sort_by(|a, b| a.0.total_cmp(&b.0));
+            for pair in known.windows(2) {
+                let [mut low, mut high] = [pair[0].0, pair[1].0];
+                let before = self.plan.gates[gate].passed(pair[0].1);
+                if before == self.plan.gates[gate].passed(pair[1].1) {
+                    continue;
+                }
+                while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
+                    let middle = 0.5 * (low + high);
+                    let value = self.gate_value(gate, middle, motion, state);
+                    if self.plan.gates[gate].passed(value) == before { low = middle } else { high = middle }
+                }
+                first = first.min(high);
+                break;
+            }
+        }
+        first
+    }
+
+    fn gate_value(&mut self, gate: usize, time: f64, motion: &mut Motion, state: &mut StateAt) -> f64 {
+        self.place_at(time, motion, state);
+        self.plan.gates[gate].value(time, &motion.dynamics, &self.work)
     }
 
     /// The maximum of a quantity times `sign`: the one known so far, or a higher one on a part of a step. It

@@ -290,7 +290,7 @@ fn springs_between_points_that_coincide_need_no_direction_where_they_exert_no_fo
 #[test]
 fn impossible_settings_are_refused_all_at_once() {
     let mechanism = compile(&good());
-    let feature = |kind, of: &str| Feature { kind, of: of.to_owned() };
+    let feature = |kind, of: &str| Feature { kind, of: of.to_owned(), window: None };
     let short = || Settings::new(1.0, 2);
     for (settings, fields) in [
         // The table of the motor ends at 2 s.

@@ -140,7 +140,9 @@ def _features(spec: StudySpec | None) -> list[str]:
     lines = ["    features={"]
     for name, feature in spec.features.items():
         if isinstance(feature, Feature):
-            lines.append(f"        {name!r}: cc.features.{feature.kind}({feature.of!r}),")
+            window = feature.window
+            while_ = "" if window is None else f", {(window.of, window.lower, window.upper)!r}"
+            lines.append(f"        {name!r}: cc.features.{feature.kind}({feature.of!r}{while_}),")
         else:
             lines.append(f"        # {name!r}: a function of your own, {spec.objects[f'features.{name}']}")
     return [*lines, "    },"]

@@ -97,7 +97,11 @@ def checked_features(checks: Checks, given: object) -> dict[str, FeatureSpec]:
 def tracked_features(asked: Iterable[FeatureSpec]) -> tuple[Feature, ...]:
     """Features that the core must compute: those of its own kinds, and the times of their extrema."""
     known = [feature for feature in asked if isinstance(feature, Feature)]
-    known += [Feature(time, feature.of) for feature in known for time in _TIMES.get(feature.kind, ())]
+    known += [
+        Feature(time, feature.of, feature.window)
+        for feature in known
+        for time in _TIMES.get(feature.kind, ())
+    ]
     return tuple(dict.fromkeys(known))
 
 
@@ -114,7 +118,10 @@ def settling_notices(
     for name, feature in asked.items():
         if not isinstance(feature, Feature) or feature.kind not in _TIMES:
             continue
-        times = [settings.features.index(Feature(kind, feature.of)) for kind in _TIMES[feature.kind]]
+        times = [
+            settings.features.index(Feature(kind, feature.of, feature.window))
+            for kind in _TIMES[feature.kind]
+        ]
         early = np.any(tracked[:, 0, times] < settled, axis=1)
         if 2 * early.sum() >= len(early):
             text = (

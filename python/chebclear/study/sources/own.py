@@ -93,6 +93,9 @@ def check_own_features(checks: Checks, asked: Mapping[str, FeatureSpec]) -> None
                 f"is {feature}, which is found in simulations of scenes only; a model of your own returns it"
             )
             checks.add(f'features["{name}"]', f"{text} as a number")
+        elif isinstance(feature, Feature) and feature.window is not None:
+            text = "has a window, which is found in simulations of scenes only; leave it out"
+            checks.add(f'features["{name}"]', text)
 
 
 def check_unused(checks: Checks, given: Iterable[str]) -> None:

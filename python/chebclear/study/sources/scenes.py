@@ -336,7 +336,8 @@ class SceneRuns:
             values[:, :, index] = batch.features[:, :, settings.features.index(feature)]
             for number in [number for number in good if not np.all(np.isfinite(values[number, :, index]))]:
                 del good[number]
-                text = f'feature "{name}" is not finite with {describe(self.parameters(number))}'
+                why = "" if feature.window is None else f", at no time is {feature.window},"
+                text = f'feature "{name}" is not finite{why} with {describe(self.parameters(number))}'
                 batch.end(number, self._fail(number, ArgumentError(text), FEATURE))
         for number in good if functions else ():
             name = ""

@@ -97,7 +97,11 @@ def field_tables() -> list[FieldTable]:
         f"{', '.join(kind for kind in KINDS if kind not in JOINT_KINDS)} of an output, "
         f"{', '.join(JOINT_KINDS)} of a clearance joint."
     )
-    feature = FieldRow("NAME", "text", "-", 'As in `"peak force" = "peak(wrist.normal_force)"`.')
+    meaning = 'As in `"peak force" = "peak(wrist.normal_force)"`; with a window: '
+    meaning += (
+        '`"peak(wrist.normal_force, crank.angle = 80 deg .. 120 deg)"`, `"mean(slider.vx, time = 20 ms ..)"`.'
+    )
+    feature = FieldRow("NAME", "text", "-", meaning)
     limits = "Limits that outputs and features must keep to, by names of your choice."
     costs = (
         "What the tolerance of a parameter costs, half of its interval, for ``chebclear allocate``. A wider "
