@@ -121,6 +121,7 @@ ROOMS = {
     "mechanisms": "Ready-made mechanisms",
     "motions": "Motions and functions of time",
     "laws": "Laws of contact and friction",
+    "distributions": "Distributions of parameters",
     "features": "Features",
     "plots": "Pictures",
     "results": "Types of results",

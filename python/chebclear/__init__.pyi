@@ -1,4 +1,5 @@
 from . import (
+    distributions as distributions,
     errors as errors,
     features as features,
     laws as laws,

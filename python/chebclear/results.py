@@ -26,8 +26,13 @@ from .run.contacts import Contact as Contact, Contacts as Contacts, Event as Eve
 from .run.signals import Cycles as Cycles, Spectrum as Spectrum
 from .run.trajectory import EndState as EndState, Stats as Stats
 from .scene.distributions import (
+    Capable as Capable,
+    Eccentric as Eccentric,
+    Inspected as Inspected,
     Lognormal as Lognormal,
     Normal as Normal,
+    Sampled as Sampled,
+    Skewed as Skewed,
     Triangular as Triangular,
     Uniform as Uniform,
 )

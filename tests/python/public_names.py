@@ -4,7 +4,7 @@ from typing import Any
 
 import chebclear as cc
 
-ROOMS = ("errors", "features", "laws", "mechanisms", "motions", "plots", "results")
+ROOMS = ("distributions", "errors", "features", "laws", "mechanisms", "motions", "plots", "results")
 
 
 def public_names() -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterator, Mapping
 from copy import copy
 from dataclasses import dataclass
@@ -11,6 +12,9 @@ from typing import Any, ClassVar, Self
 from ..errors import ArgumentTypeError
 from .arguments import Checks, as_number
 from .units import UnitError, convert, is_quantity, unit_of_quantity
+
+# Part of the ends by which a nominal value that is meant to be the midpoint may differ from it.
+_ROUNDING = 4.0 * sys.float_info.epsilon
 
 
 class Written:
@@ -137,6 +141,13 @@ class Interval(Written):
         checks.finish()
         made = cls(middle - below, middle + above, None if above == below else middle)  # type: ignore[arg-type]
         return made.in_unit(unit)
+
+    @classmethod
+    def about(cls, lower: float, nominal: float, upper: float) -> Interval:
+        """The interval with a nominal value [SI unit], the midpoint if it differs from it by rounding."""
+        side = cls(lower, upper)
+        slack = _ROUNDING * max(abs(lower), abs(upper))
+        return side if abs(nominal - side.midpoint) <= slack else cls(lower, upper, nominal)
 
     def __iter__(self) -> Iterator[float]:
         return iter((self.lower, self.upper))

@@ -152,6 +152,13 @@ def rare_share(
         asked = checked_specifications(checks, specification, "specification")
     elif not asked:
         checks.add("specification", "must be given, or the study its requirements")
+    for name, one in runner.random.items():
+        if one.least_share > 0.0:
+            checks.add(
+                f'parameters["{name}"]',
+                f"is a sample, which tells nothing of shares below {one.least_share:.2g}: count by "
+                "conformance, or give a form, as with sampled(values).as_normal()",
+            )
     most_draws = checks.whole("draws", draws, least=1)
     level = checks.real("confidence", confidence, "-", above=0.5, below=1.0)
     seed = checks.seed("rng", rng)

@@ -195,7 +195,9 @@ class StudySpec:
         return {
             "build": build,
             "parameters": {
-                name: [type(given).__name__, *dataclasses.astuple(given)]
+                name: given.facts()
+                if isinstance(given, Distribution)
+                else [type(given).__name__, *dataclasses.astuple(given)]
                 for name, given in self.parameters.items()
             },
             "outputs": None if self.outputs is None else list(self.outputs),
@@ -219,8 +221,8 @@ class StudySpec:
         return cls(
             build=known["build"] if "build" in known else _build_of(facts["build"]),
             parameters={
-                name: _PARAMETERS[word](*of).in_unit(facts["written"].get(name, ""))
-                for name, (word, *of) in facts["parameters"].items()
+                name: _parameter(given).in_unit(facts["written"].get(name, ""))
+                for name, given in facts["parameters"].items()
             },
             outputs=None if outputs is None else tuple(outputs),
             settings=None if settings is None else Settings.from_dict(settings),
@@ -261,7 +263,12 @@ class StudySpec:
 
 # Fields that files have as they are.
 _PLAIN = ("cycles", "on_failure", "run_seconds", "table")
-_PARAMETERS: dict[str, type[Interval | Distribution]] = {"Interval": Interval, **Distribution.kinds}
+
+
+def _parameter(facts: Sequence[Any]) -> Interval | Distribution:
+    """An interval or a distribution from its JSON values."""
+    word, *ends = facts
+    return Interval(*ends) if word == "Interval" else Distribution.of_facts(facts)
 
 
 def named(one: object) -> str:

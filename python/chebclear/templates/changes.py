@@ -11,6 +11,7 @@ from typing import Any
 from ..base.shown import did_you_mean
 from ..base.units import misfit, unit_of_quantity
 from ..errors import Problem, SceneError
+from ..scene.distributions import FILE_KEYS
 from ..scene.scene import Scene
 from .toml_text import Path
 
@@ -22,7 +23,10 @@ SECTIONS = (
 # What distinguishes the entries of a list: starts name the joint or body that they are of.
 _NAMES = ("name", "joint", "body")
 # Keys of a parameter whose values have another unit than it, or none.
-_PLAIN = ("rel", "fit", "distribution", "unit", "note")
+_PLAIN = (
+    *("rel", "fit", "distribution", "unit", "note"),
+    *(name for name, key in FILE_KEYS.items() if key.holds not in ("value", "values")),
+)
 
 
 def changed(values: Mapping[str, Any], changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Path]]:
@@ -94,8 +98,9 @@ def written_unit(held: Any) -> str:
             return str(held["unit"])
         if "fit" in held:
             return "um"
-        limits = held.get("limits")
-        held = held.get("nominal", limits[0] if isinstance(limits, list) and limits else "")
+        keys = ("nominal", "limits", *(name for name, key in FILE_KEYS.items() if key.gives_interval))
+        held = next((held[key] for key in keys if key in held), "")
+        held = held[0] if isinstance(held, list) and held else held
     return unit_of_quantity(held) if isinstance(held, str) else ""
 
 

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import keyword
 import re
-import sys
 from collections.abc import Mapping
 from typing import Any
 
+from ..base.arguments import as_whole
 from ..base.quantities import Interval
 from ..base.shown import did_you_mean
 from ..base.units import UnitError, parse_unit, written
-from ..scene.distributions import Distribution, Lognormal, normal, triangular, uniform
+from ..errors import ArgumentError, ArgumentTypeError, Problem
+from ..scene.distributions import FILE_KEYS, Distribution, inspected
 from .changes import written_unit
 from .expressions import CONSTANTS, FUNCTIONS, Expression
 from .fits import FitError, radial_clearance
@@ -21,16 +22,22 @@ from .values import Values
 
 # Each may follow the one before it: so many are within the depth of Python's recursion.
 MOST_PARAMETERS = 200
-DISTRIBUTIONS = ("normal", "lognormal", "uniform", "triangular")
+DISTRIBUTIONS = {
+    kind.written_as.rpartition(".")[2]: kind for kind in Distribution.kinds.values() if kind.in_words
+}
 """How often the values of an interval may be said to occur."""
-KEYS = ("nominal", "rel", "plus", "minus", "limits", "fit", "distribution", "unit", "note")
+KEYS = (
+    *("nominal", "rel", "plus", "minus", "limits", "fit", "distribution"),
+    *FILE_KEYS,
+    *("unit", "note"),
+)
 """What the table of a parameter may hold."""
 # Each gives an interval, and only one may.
 _WAYS = (("rel",), ("plus", "minus"), ("limits",), ("fit",))
+# These give an interval with their distribution.
+_DRAWN = tuple(name for name, key in FILE_KEYS.items() if key.gives_interval)
 # These have a middle, which is the nominal value unless another is given.
-_CLOSED = ("limits", "fit")
-# Part of the ends by which a nominal value that is meant to be the midpoint may differ from it.
-_ROUNDING = 4.0 * sys.float_info.epsilon
+_CLOSED = ("limits", "fit", *_DRAWN)
 _FIT = re.compile(r"\s*[\d.]+\s*[A-Za-z]{1,2}\d{1,2}\s*/\s*[A-Za-z]{1,2}\d{1,2}\s*", re.ASCII)
 
 
@@ -55,12 +62,16 @@ class _Reader:
         self.facts = {name: value if isinstance(value, Mapping) else {} for name, value in given.items()}
         self.units = {name: self._unit(name) for name in given}
         self.closed: dict[str, Interval] = {}
+        self.drawn: dict[str, Distribution | None] = {}
 
     def read(self) -> dict[str, Parameter]:
         for name, facts in self.facts.items():
             self._check_name(name)
             self._check_keys(name, facts)
             side = self._closed_interval(name, facts)
+            if any(key in facts for key in _DRAWN):
+                one = self.drawn[name] = self._distribution(name, side)
+                side = None if one is None else one.interval
             if side is not None:
                 self.closed[name] = side
         nominal = self._nominal()
@@ -72,7 +83,7 @@ class _Reader:
 
     def _parameter(self, name: str, nominal: float | Expression) -> Parameter:
         side, unit = self._interval(name), self.units[name]
-        drawn = self._distribution(name, side)
+        drawn = self.drawn[name] if name in self.drawn else self._distribution(name, side)
         return Parameter(
             name,
             nominal,
@@ -147,7 +158,7 @@ class _Reader:
             if isinstance(value, Mapping):
                 if "nominal" not in value:
                     if name in self.closed:
-                        nominal[name] = self.closed[name].midpoint
+                        nominal[name] = self.closed[name].nominal
                     elif not any(key in value for key in _CLOSED):
                         self.values.note(path, "misses nominal, limits or a fit")
                     continue
@@ -170,7 +181,7 @@ class _Reader:
                     ("parameters", name, "nominal"), f"must be in the interval, {ends}: change both"
                 )
                 return closed
-            return closed if middle is None else _around(closed.lower, middle, closed.upper)
+            return closed if middle is None else Interval.about(closed.lower, middle, closed.upper)
         if middle is None or not any(key in facts for key in ("rel", "plus", "minus")):
             return None
         sides = self._relative(name, middle) if "rel" in facts else self._distances(name)
@@ -181,33 +192,86 @@ class _Reader:
             key = next(key for key in ("rel", "plus", "minus") if key in facts)
             self.values.note(("parameters", name, key), "the interval has no width")
             return None
-        return _around(middle - minus, middle, middle + plus)
+        return Interval.about(middle - minus, middle, middle + plus)
 
     def _distribution(self, name: str, side: Interval | None) -> Distribution | None:
         """How often the values in the interval occur, if it is said."""
-        path: Path = ("parameters", name, "distribution")
-        word = self.facts[name].get("distribution")
+        path: Path = ("parameters", name)
+        facts = self.facts[name]
+        asked = [key for key in FILE_KEYS if key in facts]
+        word = facts.get("distribution")
         if word is None:
+            # What only one kind has, as a sample, says which it is.
+            word = next((word for word, kind in DISTRIBUTIONS.items() if _says(asked, kind)), None)
+        if word is None:
+            for key in asked:
+                self.values.note((*path, key), f"needs a distribution: {_kinds_with(key)}")
             return None
-        if word not in DISTRIBUTIONS:
+        if not isinstance(word, str) or word not in DISTRIBUTIONS:
             accepted = ", ".join(f'"{one}"' for one in DISTRIBUTIONS)
-            self.values.note(path, f"must be one of {accepted}, got {word!r}")
-        elif side is None:
-            self.values.note(path, "needs an interval: give rel, plus and minus, limits or fit as well")
-        elif word == "triangular":
-            return triangular(side.lower, side.nominal, side.upper)
-        elif word == "lognormal" and side.lower <= 0.0:
-            self.values.note(path, f"needs an interval above 0, which reaches down to {side.lower!r}")
-        elif word == "lognormal":
-            return Lognormal.over(side)
-        elif side.nominal != side.midpoint:
-            self.values.note(path, "needs the nominal value in the middle of the interval")
-        elif word == "uniform":
-            return uniform(side.lower, side.upper)
-        else:
-            # Three standard deviations to either side, as the interval of `normal`.
-            return normal(side.midpoint, side.half_width / 3.0)
-        return None
+            self.values.note((*path, "distribution"), f"must be one of {accepted}, got {word!r}")
+            return None
+        kind = DISTRIBUTIONS[word]
+        sorted_out = False
+        given: dict[str, Any] = {}
+        for key in asked:
+            value = self._of_distribution(key, facts[key], (*path, key), self.units[name] or "unit")
+            if key == "inspected":
+                sorted_out = value is True
+            elif key not in kind.file_keys:
+                self.values.note((*path, key), f'does not go with "{word}": {_kinds_with(key)}')
+            else:
+                given[key] = value
+        if any(self.values.has_problem((*path, key)) for key in asked):
+            return None
+        try:
+            made = kind.in_file(side, given, facts)
+            return self._inspected(made, side, path) if sorted_out else made
+        except (ArgumentError, ArgumentTypeError) as error:
+            for problem in error.problems:
+                self._refuse(problem, facts, path)
+            return None
+
+    def _inspected(self, made: Distribution, side: Interval | None, path: Path) -> Distribution:
+        """What is left of a distribution between the limits."""
+        lower, upper = made.support
+        if side is None or (side.lower <= lower and upper <= side.upper):
+            self.values.note((*path, "inspected"), "changes nothing: no part is beyond the interval")
+            return made
+        return inspected(made, side.lower, side.upper)
+
+    def _refuse(self, problem: Problem, facts: Mapping[str, Any], path: Path) -> None:
+        """Note what a distribution refuses at its key, or at the interval."""
+        key, _, place = problem.path.partition("[")
+        where: Path = (*path, key) if key in facts or key in KEYS else path
+        if place:  # of a list
+            where = (*path, "sample", int(place.rstrip("]")))
+        elif key == "values":
+            where = (*path, "sample")
+        elif key in ("lower", "upper") and "limits" in facts:
+            where = path = (*path, "limits")
+        message = problem.message if len(where) > len(path) else f"{key} {problem.message}"
+        self.values.note(where, message)
+
+    def _of_distribution(self, key: str, value: Any, path: Path, unit: str) -> Any:
+        """What a key of a distribution holds, or None, and a note."""
+        holds = FILE_KEYS[key].holds
+        if holds == "yes or no":
+            if not isinstance(value, bool):
+                self.values.note(path, f"must be true or false, got {value!r}")
+            return value
+        if holds == "count":
+            if as_whole(value) is None:
+                self.values.note(path, f"must be a whole number, got {value!r}")
+            return value
+        if holds == "values":
+            if not isinstance(value, list):
+                self.values.note(path, f"must be a list of values, got {value!r}")
+                return None
+            return [
+                self.values.constant(one, (*path, index), unit, alone=True) for index, one in enumerate(value)
+            ]
+        return self.values.constant(value, path, "-" if holds == "number" else unit, alone=True)
 
     def _relative(self, name: str, middle: float) -> tuple[float, float] | None:
         path: Path = ("parameters", name, "rel")
@@ -262,8 +326,14 @@ class _Reader:
         return f"{note}; {words}" if note else words
 
 
-def _around(lower: float, nominal: float, upper: float) -> Interval:
-    """An interval with a nominal value, which is the midpoint if it differs from it by rounding."""
-    side = Interval(lower, upper)
-    slack = _ROUNDING * max(abs(lower), abs(upper))
-    return side if abs(nominal - side.midpoint) <= slack else Interval(lower, upper, nominal)
+def _says(keys: list[str], kind: type[Distribution]) -> bool:
+    """Whether a key means a kind without its word: all that this kind takes give an interval."""
+    return any(key in kind.file_keys for key in keys) and all(
+        key.gives_interval for key in kind.file_keys.values()
+    )
+
+
+def _kinds_with(key: str) -> str:
+    """The kinds that a key may stand with, as a hint."""
+    words = [word for word, kind in DISTRIBUTIONS.items() if key in kind.file_keys]
+    return f'give distribution = "{words[0]}"' if words else "give one as well"

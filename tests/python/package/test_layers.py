@@ -19,7 +19,8 @@ CRATE = ROOT / "rust" / "src"
 # A room uses only rooms that stand before it.
 PYTHON_ROOMS = (
     "_core errors base notices version data report scene mechanisms plots run execution study"
-    " templates linkages tradeoffs decisions laws motions features results loading paper cli __main__"
+    " templates linkages tradeoffs decisions laws distributions motions"
+    " features results loading paper cli __main__"
 ).split()
 RUST_ROOMS = (
     "error numerics expression contact scene tree dynamics mechanism integrators run study python".split()

@@ -25,7 +25,17 @@ PLAIN = {
     *("TorsionSpring", "TorsionDamper", "Torque", "Speed", "Motion", "Harmonic", "Polynomial", "Table"),
     *("BodyStart", "JointStart", "ClearanceStart", "Flores", "Hertz", "HuntCrossley", "LankaraniNikravesh"),
     *("ModifiedCoulomb", "SmoothedCoulomb", "Interval", "Feature", "Problem", "Parameter"),
-    *("Normal", "Lognormal", "Uniform", "Triangular"),
+    *(
+        "Normal",
+        "Capable",
+        "Inspected",
+        "Skewed",
+        "Sampled",
+        "Eccentric",
+        "Lognormal",
+        "Uniform",
+        "Triangular",
+    ),
 }
 
 

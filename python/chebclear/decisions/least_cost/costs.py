@@ -13,7 +13,7 @@ from ...base.arguments import Checks, as_number
 from ...base.rows import Array
 from ...base.shown import meant_or_known
 from ...base.units import convert, is_quantity
-from ...scene.distributions import Lognormal
+from ...scene.distributions import Distribution
 from ...scene.scene import Interval
 from ...study.runner import Runner
 from ...templates.fits import FitError, grade_tolerance
@@ -59,8 +59,8 @@ def prices_of(checks: Checks, runner: Runner, cost: object) -> dict[str, Price]:
         place, side, found = f'cost["{name}"]', runner.intervals.get(name), None
         if side is None:
             checks.add(place, f"unknown parameter{meant_or_known(name, runner.intervals)}")
-        elif isinstance(runner.parameters[name], Lognormal):
-            checks.add(place, "a lognormal parameter has no tolerance: give it another distribution")
+        elif isinstance(one := runner.parameters[name], Distribution) and not one.has_tolerance:
+            checks.add(place, f"{one.told} values have no tolerance: give it another distribution")
         elif isinstance(given, Mapping):
             found = _of_catalog(checks, place, given, side, runner.units.get(name, ""))
         elif callable(given):

@@ -16,7 +16,7 @@ from ...base.rows import Array
 from ...base.tables import format_ends
 from ...errors import ArgumentError
 from ...notices import Notice
-from ...scene.distributions import Distribution, Normal, Uniform
+from ...scene.distributions import Distribution, Uniform
 from ...scene.scene import Interval
 from ...study.band.exact import binomial_cdf, exact_interval
 from ...study.conforming import Watched, extremes_of, placed, shares_at, watching_for
@@ -263,7 +263,7 @@ class Search:
             [place[name] if name in place else np.nan for name in sides]
             for place in places(self.runner.parameters, 0, 0)
         ]
-        all_normal = all(isinstance(one, Normal) for one in self.runner.random.values())
+        all_normal = all(one.is_normal for one in self.runner.random.values())
         ends = (np.array(ends) - self._nominal) / self._every
         return ExcessModel.fitted(list(sides.values()), points[kept], excess[kept], draws, ends, all_normal)
 

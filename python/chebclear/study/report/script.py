@@ -128,8 +128,14 @@ def _value(value: Any) -> str:
 def _written(given: Any) -> str:
     """A parameter as the script has it."""
     if isinstance(given, Distribution):
-        values = ", ".join(repr(value) for value in dataclasses.astuple(given))
-        return f"cc.{given.written_as}({values})"
+        values = []
+        for item in dataclasses.fields(given):
+            value = getattr(given, item.name)
+            if item.default is dataclasses.MISSING:
+                values.append(_written(value) if isinstance(value, Distribution) else repr(value))
+            elif value != item.default:
+                values.append(f"{item.name}={value!r}")
+        return f"cc.{given.written_as}({', '.join(values)})"
     return f"cc.{given!r}"
 
 

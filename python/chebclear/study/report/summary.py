@@ -48,7 +48,7 @@ def findings(result: StudyResult) -> str:
     lines.append(_head(result))
     for name, side in sides[:_MOST_LINES]:
         around = " ".join(format_tolerance(side, result.units.get(name, ""), result.written_for(name)))
-        spread = f" ({type(random[name]).__name__.lower()}, taken as an interval)" if name in random else ""
+        spread = f" ({random[name].told}, taken as an interval)" if name in random else ""
         lines.append(f"  {name}: {around}{spread}")
     lines += [f"  and {len(sides) - _MOST_LINES} more parameters"] * (len(sides) > _MOST_LINES)
     for table in main_numbers(result, end=_MOST_LINES):

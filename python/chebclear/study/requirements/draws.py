@@ -26,7 +26,7 @@ def check_drawn(checks: Checks, parameters: object) -> None:
         checks.add(
             "parameters",
             "must have a distribution at least: an interval says nothing of how often its values occur; give "
-            "cc.normal(mean, standard_deviation), cc.lognormal, cc.uniform or cc.triangular in its place",
+            "cc.normal(mean, standard_deviation) or another distribution in its place",
         )
     if len(sides) > MOST_INTERVALS:
         checks.add(

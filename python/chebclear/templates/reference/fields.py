@@ -186,6 +186,12 @@ def first_word(section: str) -> str:
 
 
 _WORDS = ("required", "optional", "-")
+_SCHEMA_TYPES = {
+    "array": "[lower, upper]",
+    "string": "text",
+    "integer": "whole number",
+    "boolean": "true or false",
+}
 _FORMS = {
     "float": "number",
     "Vector": "[x, y]",
@@ -216,7 +222,8 @@ def _of_schema(section: str, about: str, schema: Mapping[str, Any], words: Mappi
     """A table of entries that are no records."""
     rows = []
     for name, own in schema["properties"].items():
-        value = {"array": "[lower, upper]", "string": "text"}.get(str(own.get("type")), "number")
+        value = _SCHEMA_TYPES.get(str(own.get("type")), "number")
+        value = "[number, ...]" if value.startswith("[") and "maxItems" not in own else value
         value = _quoted(own["enum"]) if "enum" in own else value
         default = "required" if name in schema.get("required", ()) else "optional"
         rows.append(FieldRow(f"NAME.{name}", value, default, f"{capital(words[name])}."))

@@ -14,6 +14,7 @@ from typing import Any
 
 from ...run.features import KINDS
 from ...run.settings import METHODS
+from ...scene.distributions import FILE_KEYS
 from ...scene.scene import Scene
 from ...scene.schema import Part, descriptions
 from ..parameters import DISTRIBUTIONS
@@ -114,12 +115,23 @@ PARAMETER_WORDS = {
     "minus": "how far the value may lie below nominal",
     "limits": "lower and upper limit",
     "fit": "ISO fit of the bearing and its journal, such as '25 H7/f6': the radial clearance",
-    "distribution": "how often the values in the interval occur: normal has three standard deviations "
-    "to either side, lognormal those of its logarithm; triangular has its mode at the nominal value",
+    "distribution": "how often the values in the interval occur: "
+    + "; ".join(kind.in_words for kind in DISTRIBUTIONS.values()),
+    **{name: key.meaning for name, key in FILE_KEYS.items()},
     "unit": "unit for tables and pictures",
     "note": "what it is, or where its value comes from",
 }
+_OF_DISTRIBUTIONS: dict[str, Any] = {
+    "values": {"type": "array", "items": _number("a value"), "minItems": 1},
+    "count": {"type": "integer"},
+    "yes or no": {"type": "boolean"},
+}
 _PARAMETER_TYPES: dict[str, Any] = {
+    **{
+        name: _OF_DISTRIBUTIONS[key.holds]
+        for name, key in FILE_KEYS.items()
+        if key.holds in _OF_DISTRIBUTIONS
+    },
     "limits": {"type": "array", "items": _number("a limit"), "minItems": 2, "maxItems": 2},
     "fit": _TEXT,
     "distribution": {"enum": list(DISTRIBUTIONS)},
