@@ -29,7 +29,7 @@ def everything(folder: Path) -> None:
         (folder / f"api_{name}.md").write_text(page, encoding="utf-8")
     with warnings.catch_warnings(), matplotlib.rc_context(STYLE):
         warnings.simplefilter("ignore", cc.ChebclearWarning)
-        for draw in (signs, frames, play, latching, peaks, horizon, verdicts):
+        for draw in (signs, frames, play, latching, peaks, horizon, verdicts, production):
             figure = Figure(figsize=(7.0, 6.4 if draw is verdicts else 3.4), layout="constrained")
             draw(figure)
             figure.savefig(folder / f"{draw.__name__}.png", dpi=150, metadata={"Software": None})
@@ -194,6 +194,31 @@ def play(figure: Figure) -> None:
     right.plot(1e3 * run.t, 1e6 * run["wrist.penetration"], linewidth=0.8)
     right.axhline(0.0, color="black", linewidth=0.8)
     right.set(xlabel="time [ms]", ylabel="penetration [µm]", xlim=(0.0, 3.0))
+
+
+def production(figure: Figure) -> None:
+    """Densities from the same limits, and shares of dimensions with a common cause."""
+    left, right = figure.subplots(1, 2)
+    of = cc.distributions
+    kinds = {
+        "Cpk 1": of.capable(-1.0, 1.0, 1.0),
+        "Cpk 0.5, inspected": of.inspected(of.capable(-1.0, 1.0, 0.5)),
+        "shifted by 0.4": of.capable(-1.0, 1.0, 1.0, shift=0.4),
+        "skewed": of.skewed(-1.0, -0.5, 1.0),
+        "uniform": of.uniform(-1.0, 1.0),
+    }
+    values, step = np.linspace(-1.2, 1.2, 481), 1e-5
+    for name, one in kinds.items():
+        density = [(one.cdf(value + step) - one.cdf(value - step)) / (2.0 * step) for value in values]
+        left.plot(values, density, label=name, linewidth=1.2)
+    left.set(xlabel="dimension (limits at -1 and 1)", ylabel="density", ylim=(0.0, 2.4))
+    left.legend(fontsize=7.0)
+    part, one = np.linspace(0.0, 0.98, 99), of.normal(0.0, 1.0)
+    for word, sign in (("sum", 1.0), ("difference", -1.0)):
+        outside = [2e6 * one.cdf(-3.0 * np.sqrt(2.0) / np.sqrt(2.0 + 2.0 * sign * common)) for common in part]
+        right.semilogy(part, outside, label=f"{word} of two")
+    right.set(xlabel="part of the variance from a common cause", ylabel="ppm outside", ylim=(1e-2, 1e5))
+    right.legend(fontsize=8.0)
 
 
 def peaks(figure: Figure) -> None:

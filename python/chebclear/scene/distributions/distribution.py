@@ -210,6 +210,17 @@ def inside(one: Distribution, side: Interval, shares: Array) -> Array:
     return np.clip([one.quantile(first + (last - first) * share) for share in shares], side.lower, side.upper)
 
 
+def shares_of(scores: Array) -> tuple[Array, Array]:
+    """Probabilities of smaller and of larger standard normal values [-], either to its last digits."""
+    tails = np.array([_tail(abs(one)) for one in scores.tolist()], dtype=float)
+    return np.where(scores < 0.0, tails, 1.0 - tails), np.where(scores < 0.0, 1.0 - tails, tails)
+
+
+def scores_of(shares: Array) -> Array:
+    """Standard normal scores that so many stay below."""
+    return np.array([STANDARD.inv_cdf(one) for one in shares.tolist()], dtype=float)
+
+
 def checked_moments(
     mean: object, standard_deviation: object, *, above: float | None = None
 ) -> tuple[float, float, str]:

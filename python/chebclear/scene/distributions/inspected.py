@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar, Self
+
+import numpy as np
 
 from ...base.arguments import Checks
 from ...base.quantities import Interval, in_one_unit
-from .distribution import REACH, Distribution, FileKey, standard_cdf
+from ...base.rows import Array
+from .distribution import REACH, Distribution, FileKey, scores_of, shares_of, standard_cdf
 from .normal import Capable
 
 # Least share of the parts that limits must keep [-]: a process with fewer makes none.
@@ -32,7 +36,18 @@ class Inspected(Distribution):
     @property
     def scrapped(self) -> float:
         """Share of the parts made that are beyond the limits and sorted out [-]."""
-        return self.process.cdf(self.lower) + self.process.upper_cdf(self.upper)
+        below, above, _ = self._parts
+        return below + above
+
+    @cached_property
+    def _parts(self) -> tuple[float, float, float]:
+        """Shares of the parts made that are below and above the limits, and that pass [-]."""
+        made = self.process
+        below, above = made.cdf(self.lower), made.upper_cdf(self.upper)
+        # From that side on which nothing cancels.
+        if below > 0.5:
+            return below, above, made.upper_cdf(self.lower) - above
+        return below, above, made.cdf(self.upper) - below if above > 0.5 else 1.0 - below - above
 
     @property
     def told(self) -> str:
@@ -65,24 +80,16 @@ class Inspected(Distribution):
             upper = self.upper_quantile(_BEYOND)
         return Interval.about(lower, min(upper, max(lower, made.nominal)), upper).in_unit(self.unit)
 
-    @property
-    def _kept(self) -> float:
-        """Share of the parts made that pass [-]: from that side on which it does not cancel."""
-        below, above = self.process.cdf(self.lower), self.process.upper_cdf(self.upper)
-        if below > 0.5:
-            return self.process.upper_cdf(self.lower) - above
-        return self.process.cdf(self.upper) - below if above > 0.5 else 1.0 - below - above
-
     def cdf(self, value: float) -> float:
         """Probability of a smaller value [-]."""
         if value <= self.lower:
             return 0.0
         if value >= self.upper:
             return 1.0
-        made = self.process
-        if made.cdf(self.lower) > 0.5:
-            return (made.upper_cdf(self.lower) - made.upper_cdf(value)) / self._kept
-        return (made.cdf(value) - made.cdf(self.lower)) / self._kept
+        made, (below, _, kept) = self.process, self._parts
+        if below > 0.5:
+            return (made.upper_cdf(self.lower) - made.upper_cdf(value)) / kept
+        return (made.cdf(value) - below) / kept
 
     def upper_cdf(self, value: float) -> float:
         """Probability of a larger value [-]."""
@@ -90,10 +97,10 @@ class Inspected(Distribution):
             return 1.0
         if value >= self.upper:
             return 0.0
-        made = self.process
-        if made.upper_cdf(self.upper) > 0.5:
-            return (made.cdf(self.upper) - made.cdf(value)) / self._kept
-        return (made.upper_cdf(value) - made.upper_cdf(self.upper)) / self._kept
+        made, (_, above, kept) = self.process, self._parts
+        if above > 0.5:
+            return (made.cdf(self.upper) - made.cdf(value)) / kept
+        return (made.upper_cdf(value) - above) / kept
 
     def quantile(self, share: float) -> float:
         """The value that so many stay below."""
@@ -103,16 +110,24 @@ class Inspected(Distribution):
         """The value that so many stay above."""
         return self._at(1.0 - share, share)
 
-    def _at(self, below: float, above: float) -> float:
+    def _at(self, smaller: float, larger: float) -> float:
         """The value with these shares below and above it, from that side on which fewer of all made are."""
-        kept, made = self._kept, self.process
-        from_below = made.cdf(self.lower) + kept * below
+        made, (below, above, kept) = self.process, self._parts
+        from_below = below + kept * smaller
         if from_below <= 0.5:
             found = made.quantile(from_below) if from_below > 0.0 else self.support[0]
         else:
-            from_above = made.upper_cdf(self.upper) + kept * above
+            from_above = above + kept * larger
             found = made.upper_quantile(from_above) if from_above > 0.0 else self.support[1]
         return min(self.upper, max(self.lower, found))
+
+    def at(self, scores: Array) -> Array:
+        """The values of standard normal scores, by those of what is made."""
+        (smaller, larger), (below, above, kept) = shares_of(scores), self._parts
+        from_below, from_above = below + kept * smaller, above + kept * larger
+        left, made = from_below <= 0.5, np.empty_like(smaller)
+        made[left], made[~left] = scores_of(from_below[left]), -scores_of(from_above[~left])
+        return np.clip(self.process.at(made), self.lower, self.upper)
 
     def scaled(self, factor: float) -> Self:
         """With distances of what is made and of the limits from the nominal value times a factor."""
@@ -175,7 +190,7 @@ def inspected(
         checks.add("lower", f"must be < upper, got lower = {ends[0]!r} and upper = {ends[1]!r}")
     checks.finish()
     found = Inspected(process, ends[0], ends[1]).in_unit(unit or process.unit)
-    if found._kept < _LEAST_KEPT:
+    if found._parts[2] < _LEAST_KEPT:
         checks.add("process", f"makes fewer than one part of a million between {ends[0]!r} and {ends[1]!r}")
     checks.finish()
     return found

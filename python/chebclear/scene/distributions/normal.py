@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -162,7 +163,7 @@ class Capable(NormallyDistributed):
     parts: int | None = None
     cp: float | None = None
 
-    @property
+    @cached_property
     def moments(self) -> tuple[float, float]:
         """Mean and standard deviation [SI unit of the quantity]."""
         middle, half = 0.5 * self.lower + 0.5 * self.upper, 0.5 * self.upper - 0.5 * self.lower
@@ -198,7 +199,7 @@ class Capable(NormallyDistributed):
     @property
     def told(self) -> str:
         """With the share beyond its limits."""
-        return f"normal, {1e6 * self.outside:.2g} ppm beyond its limits"
+        return f"normal, {float(f'{1e6 * self.outside:.2g}'):g} ppm beyond its limits"
 
     def scaled(self, factor: float) -> Self:
         """With limits, standard deviation and shift times a factor, around the same mean: the same Cpk."""

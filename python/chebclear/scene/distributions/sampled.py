@@ -13,7 +13,7 @@ import numpy as np
 from ...base.arguments import Checks
 from ...base.quantities import Interval, in_one_unit
 from ...base.rows import Array
-from .distribution import Distribution, FileKey
+from .distribution import Distribution, FileKey, shares_of
 from .normal import Normal
 from .sample import RISK, check_sample, worst_moments
 
@@ -110,6 +110,12 @@ class Sampled(Distribution):
         """The value that so many stay above."""
         values, _, above = self._places
         return float(np.interp(share, above[::-1], values[::-1]))
+
+    def at(self, scores: Array) -> Array:
+        """The values of standard normal scores."""
+        (values, below, above), (smaller, larger) = self._places, shares_of(scores)
+        from_above = np.interp(larger, above[::-1], values[::-1])
+        return np.where(scores < 0.0, np.interp(smaller, below, values), from_above)
 
     def as_normal(self) -> Normal:
         """The normal distribution, if it is one, with the largest standard deviation that the sample allows.

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...base.quantities import Interval
 from ...base.rows import Array
-from .distribution import REACH, STANDARD, Distribution, required, standard_cdf
+from .distribution import REACH, STANDARD, Distribution, required, scores_of, shares_of, standard_cdf
 
 
 @dataclass(frozen=True)
@@ -91,6 +91,14 @@ class Skewed(Distribution):
         if share < above:
             return self.nominal - self.deviations[1] * STANDARD.inv_cdf(0.5 * share / above)
         return self.nominal + self.deviations[0] * STANDARD.inv_cdf(0.5 * (1.0 - share) / below)
+
+    def at(self, scores: Array) -> Array:
+        """The values of standard normal scores."""
+        (smaller, larger), (below, above) = shares_of(scores), self.shares
+        left, found = smaller < below, np.empty_like(smaller)
+        found[left] = self.deviations[0] * scores_of(0.5 * smaller[left] / below)
+        found[~left] = -self.deviations[1] * scores_of(0.5 * larger[~left] / above)
+        return self.nominal + found
 
     def slopes(self, values: Array) -> dict[str, Array]:
         """Over the ends and the nominal value; none if an end is at the nominal value."""
