@@ -117,6 +117,13 @@ class _Reader:
         if len(ways) > 1:
             words = " and ".join("/".join(way) for way in ways)
             self.values.note(path, f"gives its interval in two ways, by {words}; give one")
+        own = [key for key in _DRAWN if key in facts]
+        others = [key for key in ("rel", "plus", "minus", "fit") if key in facts]
+        if own and others:
+            hint = "; limits may stand beside a sample" if "sample" in own else ""
+            self.values.note(
+                path, f"gives its interval in two ways, by {own[0]} and {others[0]}; give one{hint}"
+            )
 
     def _closed_interval(self, name: str, facts: Mapping[str, Any]) -> Interval | None:
         """The interval whose ends stand in the file or in the tables of fits."""
@@ -235,7 +242,10 @@ class _Reader:
     def _inspected(self, made: Distribution, side: Interval | None, path: Path) -> Distribution:
         """What is left of a distribution between the limits."""
         lower, upper = made.support
-        if side is None or (side.lower <= lower and upper <= side.upper):
+        if side is None:
+            self.values.note((*path, "inspected"), "needs limits beside it")
+            return made
+        if side.lower <= lower and upper <= side.upper:
             self.values.note((*path, "inspected"), "changes nothing: no part is beyond the interval")
             return made
         return inspected(made, side.lower, side.upper)
@@ -266,7 +276,7 @@ class _Reader:
             return value
         if holds == "values":
             if not isinstance(value, list):
-                self.values.note(path, f"must be a list of values, got {value!r}")
+                self.values.note(path, f"must be a list of the values themselves, got {value!r}")
                 return None
             return [
                 self.values.constant(one, (*path, index), unit, alone=True) for index, one in enumerate(value)

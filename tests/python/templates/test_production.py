@@ -63,6 +63,10 @@ def test_samples_and_eccentricities_bring_their_interval():
     values = [0.05001, 0.05002, 0.05002, 0.05003, 0.05005]
     one = read(SAMPLE + ', distribution = "normal"').distribution
     assert one == cc.distributions.sampled(values).as_normal()
+    text = ', distribution = "normal", limits = ["50 mm", "50.04 mm"], inspected = true'
+    one = read(SAMPLE + text).distribution
+    assert one.process == cc.distributions.sampled(values).as_normal()
+    assert one.support == pytest.approx((0.05, 0.05004))
     one = read('deviation = "5 um"')
     assert one.distribution == cc.distributions.eccentric("5 um") and one.nominal == 0.0
     one = read('tolerance = "20 um", distribution = "eccentric"')
@@ -98,6 +102,9 @@ def test_changes_keep_the_dimension_of_a_sample():
         ('sample = "bores.csv"', {"sample"}),
         (SAMPLE + ', limits = ["50.02 mm", "50.03 mm"]', {"limits"}),
         (SAMPLE + ', distribution = "normal", cpk = 1.0', {"cpk"}),
+        (SAMPLE + ', distribution = "normal", limits = ["49 mm", "51 mm"]', {"limits"}),
+        (SAMPLE + ', nominal = "50.02 mm", plus = "1 mm"', {"length"}),
+        (SAMPLE + ", inspected = true", {"inspected"}),
         ('deviation = "5 um", tolerance = "5 um"', {"deviation"}),
         ('deviation = "-5 um"', {"deviation"}),
     ],
@@ -106,4 +113,5 @@ def test_what_does_not_fit_is_named_at_its_key(text, wrong):
     with pytest.raises(cc.errors.SceneError) as caught:
         cc.loads(FILE.format(text))
     found = {problem.path.rpartition("length.")[2] for problem in caught.value.problems}
+    found = {path.rpartition("parameters.")[2] for path in found}
     assert found == wrong

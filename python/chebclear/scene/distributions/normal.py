@@ -125,6 +125,8 @@ class Normal(NormallyDistributed):
             for name in given:
                 if name != "sample":
                     checks.add(name, "does not go with a sample, which has its own mean and deviation")
+            if side is not None and written.get("inspected") is not True:
+                checks.add("limits", "cut nothing off a normal distribution without inspected = true")
             check_sample(checks, "sample", given["sample"])
             checks.finish()
             return cls(*worst_moments(given["sample"]))
@@ -266,7 +268,8 @@ def capable(
     A Cpk of some days is no Cpk of years, over which the mean drifts. Say the drift, with the `cp` of the
     spread alone: ``cp=2.0, shift=1.5`` is "six sigma", 3.4 of a million.
 
-    Parts beyond the limits occur here. If all are inspected, see `inspected`.
+    Parts beyond the limits occur here. If all are inspected, see `inspected`. `allocate` takes three standard
+    deviations as the tolerance, as of `normal`, and keeps the Cpk.
 
     Parameters
     ----------
