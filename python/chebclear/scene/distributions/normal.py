@@ -321,4 +321,10 @@ def capable(
     if index and count and not checks.noted("parts") and index > 0.0 and proved_cpk(index, count) <= 0.0:
         checks.add("parts", f"prove no Cpk: {index:g} on {count} may be one below 0; measure more")
     checks.finish()
-    return Capable(side[0], side[1], index, distance, count, spread).in_unit(unit)
+    made = Capable(side[0], side[1], index, distance, count, spread).in_unit(unit)
+    mean, deviation = made.moments
+    if not mean - deviation < mean < mean + deviation < math.inf:
+        wrong = f"makes a standard deviation of {deviation!r}, which no interval around {mean!r} can hold"
+        checks.add("cpk" if cp is None else "cp", wrong)
+    checks.finish()
+    return made
