@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from .base.files import ArrayRecord
 from .base.named import ReadOnlyDict
 from .errors import ChebclearWarning, HorizonWarning, warn
 
@@ -63,8 +64,8 @@ CODES = {
 """Every code of a notice, with what it says: of scenes, of runs, of studies."""
 
 
-@dataclass(frozen=True)
-class Notice:
+@dataclass(frozen=True, eq=False)
+class Notice(ArrayRecord):
     """Something that should be checked.
 
     Attributes

@@ -40,6 +40,10 @@ if TYPE_CHECKING:
 
 Record = TypeVar("Record", bound="DataclassInstance")
 
+LIVE: Mapping[str, Any] = ReadOnlyDict({"live": True})
+"""Metadata of a field of a record that stays in its process, such as a study with its executor: it is neither
+pickled nor saved, and has a default."""
+
 FORMAT = 3
 """Number of the file format; increased when other versions cannot read the files of this one."""
 
@@ -234,7 +238,7 @@ def _opened(path: str | os.PathLike[str]) -> Iterator[tuple[np.lib.npyio.NpzFile
 def same(first: Any, second: Any) -> bool:
     """Equality of values that may hold arrays; NaN equals NaN."""
     if isinstance(first, np.ndarray) or isinstance(second, np.ndarray):
-        floats = np.asarray(first).dtype.kind == "f" and np.asarray(second).dtype.kind == "f"
+        floats = all(np.asarray(one).dtype.kind in "fc" for one in (first, second))
         return bool(np.array_equal(first, second, equal_nan=floats))
     if type(first) is not type(second):
         return False
@@ -250,6 +254,11 @@ def same(first: Any, second: Any) -> bool:
     return bool(first == second) or (first != first and second != second)
 
 
+def lasting(record: Any) -> list[str]:
+    """Names of the fields of a record that outlast its process, see `LIVE`."""
+    return [item.name for item in dataclasses.fields(record) if "live" not in item.metadata]
+
+
 def _read_only(value: Any) -> Any:
     """The value with read-only arrays, views, so that those of the caller stay writeable, and dicts."""
     if isinstance(value, np.ndarray) and value.flags.writeable:
@@ -259,8 +268,10 @@ def _read_only(value: Any) -> Any:
     if type(value) is tuple:
         items = tuple(map(_read_only, value))
         return value if all(map(operator.is_, items, value)) else items
-    if type(value) is dict:
-        return ReadOnlyDict({key: _read_only(item) for key, item in value.items()})
+    if type(value) in (dict, ReadOnlyDict):
+        entries = {key: _read_only(item) for key, item in value.items()}
+        kept = type(value) is ReadOnlyDict and all(map(operator.is_, entries.values(), value.values()))
+        return value if kept else ReadOnlyDict(entries)
     return value
 
 
@@ -281,7 +292,7 @@ class ArrayRecord(Shown):
 
     def __getstate__(self) -> dict[str, Any]:
         # Cached values are no part of a record: its pickle must not depend on what it was asked for.
-        return {item.name: getattr(self, item.name) for item in dataclasses.fields(self)}  # type: ignore[arg-type]
+        return {name: getattr(self, name) for name in lasting(self)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         # Pickles do not call __init__, and their arrays are new ones.
@@ -306,7 +317,7 @@ def flattened(value: Any, place: str, arrays: dict[str, NDArray[Any]]) -> Any:
     if hasattr(value, "from_json"):  # a scene, which has a form of its own
         return json.loads(value.to_json())
     if dataclasses.is_dataclass(value):
-        value = {item.name: getattr(value, item.name) for item in dataclasses.fields(value)}
+        value = {name: getattr(value, name) for name in lasting(value)}
     inner = f"{place}." if place else ""
     if isinstance(value, Mapping):
         # By their numbers, since keys may be names of the user's.

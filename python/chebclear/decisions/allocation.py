@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.random import Generator
 
+from ..base import files as records
 from ..base.named import Named
 from ..base.prefixes import Form, format_quantity
-from ..base.shown import Shown, capital, listed
+from ..base.shown import capital, listed
 from ..base.tables import format_table
 from ..errors import ArgumentTypeError
 from ..notices import Notice, WithNotices, issue
@@ -35,7 +36,7 @@ Status = Literal["met", "always", "unproven", "scatter", "others"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Tolerance(Shown):
+class Tolerance(records.ArrayRecord):
     """The tolerance of a parameter before and after: half of its interval.
 
     Attributes
@@ -66,7 +67,7 @@ class Tolerance(Shown):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Allocation(WithNotices, html.Reported, Named[Tolerance]):
+class Allocation(WithNotices, html.Reported, records.ArrayRecord, Named[Tolerance]):
     """The cheapest tolerances that keep requirements; see `allocate`.
 
     Attributes

@@ -13,11 +13,12 @@ import numpy as np
 from numpy.random import Generator, default_rng
 from numpy.typing import NDArray
 
+from ..base import files as records
 from ..base.arguments import Checks
 from ..base.named import Named
 from ..base.prefixes import Form, format_quantity, format_tolerance
 from ..base.rows import Array
-from ..base.shown import Shown, in_a_sentence, listed
+from ..base.shown import in_a_sentence, listed
 from ..errors import ArgumentError, ArgumentTypeError
 from ..notices import Notice, WithNotices, issue
 from ..report import html
@@ -46,7 +47,7 @@ _MOST_NAMED = 12
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Difference(Shown):
+class Difference(records.ArrayRecord):
     """A feature of the second design less that of the first, in pairs of mechanisms.
 
     Attributes
@@ -105,7 +106,7 @@ class Difference(Shown):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ShareDifference(Shown):
+class ShareDifference(records.ArrayRecord):
     """How many more mechanisms of the second design keep to a requirement, in pairs.
 
     Attributes
@@ -161,7 +162,13 @@ class ShareDifference(Shown):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Contrast(WithNotices, html.Tabled, html.Reported, Named["Difference | ShareDifference"]):
+class Contrast(
+    WithNotices,
+    html.Tabled,
+    html.Reported,
+    records.ArrayRecord,
+    Named["Difference | ShareDifference"],
+):
     """Two designs compared in pairs; see `contrast`.
 
     Attributes

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property, partial
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.random import default_rng
 
+from ..base import files as records
 from ..base.arguments import Checks
+from ..base.named import ReadOnlyDict
 from ..base.prefixes import format_range
 from ..base.rows import Array
-from ..base.shown import Shown, listed, meant_or_known
+from ..base.shown import listed, meant_or_known
+from ..base.units import unit
 from ..errors import ArgumentTypeError
 from ..notices import Notice, issue
 from ..scene.scene import Interval
@@ -22,10 +25,11 @@ from ..study.polynomials.points import on_cube
 from ..study.results import StudyResult
 from ..study.sources.finished import FinishedRuns
 from ..study.sources.scenes import MOST_RUNS
+from ..study.spec import StudySpec
 from ..study.study import Study
 from .measured import Measured
 from .region import FeatureFit, nearest_needed, points_below
-from .trace import TraceFeature, asked_features, simulated, trace_features
+from .trace import TraceFeature, TraceFeatures, asked_features, simulated, trace_features
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,7 +39,7 @@ _AT_THE_END = 0.98
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Identification(Shown):
+class Identification(records.ArrayRecord):
     """The parameters with which a model has the features of a trace; see `identify`.
 
     Attributes
@@ -54,6 +58,10 @@ class Identification(Shown):
         Units of the parameters, where they are known.
     notices : tuple[Notice, ...]
         What should be checked of the runs.
+    spec : StudySpec | None
+        What was asked of the study, with the features of the trace; None if the runs were finished before.
+    study : Study | None
+        The study; None of finished runs and after pickling or loading, where `spec` makes it again.
     """
 
     intervals: dict[str, Interval]
@@ -63,27 +71,39 @@ class Identification(Shown):
     seed: int
     units: dict[str, str]
     notices: tuple[Notice, ...] = ()
-    _table: FeatureFit = field(kw_only=True)
-    _fresh: Callable[..., tuple[Array, Array, tuple[Notice, ...]]] | None = field(kw_only=True)
+    spec: StudySpec | None = None
+    _cube: Array = field(kw_only=True)
+    """The named parameters of the runs, from -1 to 1 over their intervals, shape (runs, parameters)."""
+    _table: Array = field(kw_only=True)
+    """The features of the runs, shape (runs, features)."""
+    _t: Array = field(kw_only=True, metadata=unit("s"))
+    """Instants of the trace [s], shape (samples,)."""
+    _noise: dict[str, float] = field(kw_only=True)
+    """Standard deviation of the noise of each output, in the unit of the model."""
+    study: Study | None = field(default=None, kw_only=True, compare=False, metadata=records.LIVE)
 
     @property
     def _observed(self) -> Array:
         return np.array(list(self.features.values()))
 
     @cached_property
+    def _fit(self) -> FeatureFit:
+        return FeatureFit(self._cube, self._table, self.confidence)
+
+    @cached_property
     def _region(self) -> tuple[Array, float]:
         """Points in the region, on the cube, and the share of the box that it fills."""
         random = default_rng(self.seed)
-        return points_below(lambda cube: self._table.ratio(cube, self._observed), len(self.intervals), random)
+        return points_below(lambda cube: self._fit.ratio(cube, self._observed), len(self.intervals), random)
 
     @property
-    def _cube(self) -> Array:
+    def _inside(self) -> Array:
         return self._region[0] if self.share else np.empty((0, len(self.intervals)))
 
     @cached_property
     def _best(self) -> Array:
         cube = self._region[0]
-        return cube[[int(np.argmin(self._table.ratio(cube, self._observed)))]]
+        return cube[[int(np.argmin(self._fit.ratio(cube, self._observed)))]]
 
     def _physical(self, cube: Array) -> Array:
         sides = list(self.intervals.values())
@@ -108,7 +128,7 @@ class Identification(Shown):
     @property
     def points(self) -> Array:
         """Points that fill the region evenly [SI units], shape (points, parameters); none if it is empty."""
-        return self._physical(self._cube)
+        return self._physical(self._inside)
 
     @property
     def ranges(self) -> dict[str, tuple[float, float]]:
@@ -125,13 +145,13 @@ class Identification(Shown):
     @property
     def deviations(self) -> dict[str, float]:
         """How far each feature of the trace is from that of the model there, over its scatter [-]."""
-        found = self._table.deviation(self._best, self._observed)[0].tolist()
+        found = self._fit.deviation(self._best, self._observed)[0].tolist()
         return dict(zip(self.features, found, strict=True))
 
     @property
     def open_ends(self) -> tuple[str, ...]:
         """Parameters whose region reaches an end of the interval, where its confidence is less sure."""
-        far = np.abs(self._cube).max(axis=0, initial=0.0)
+        far = np.abs(self._inside).max(axis=0, initial=0.0)
         return tuple(name for name, most in zip(self.intervals, far, strict=True) if most > _AT_THE_END)
 
     @cached_property
@@ -144,13 +164,14 @@ class Identification(Shown):
         """
         if not self.share:
             return ()
-        squares, vectors = np.linalg.eigh(self._table.information(self._best))
-        ridges = vectors.T[squares <= self._table.cut(self._best)]
-        long = [one for one in ridges if np.ptp(self._cube @ one) >= 1.0]
+        squares, vectors = np.linalg.eigh(self._fit.information(self._best))
+        ridges = vectors.T[squares <= self._fit.cut(self._best)]
+        long = [one for one in ridges if np.ptp(self._inside @ one) >= 1.0]
         found = long or [
-            one for one in np.eye(len(squares)) if np.ptp(self._cube @ one) >= 2.0 * self.confidence
+            one for one in np.eye(len(squares)) if np.ptp(self._inside @ one) >= 2.0 * self.confidence
         ]
-        return tuple(self._named(np.sign(one[np.argmax(np.abs(one))]) * one) for one in found)
+        signed = (np.sign(one[np.argmax(np.abs(one))]) * one for one in found)
+        return tuple(ReadOnlyDict(self._named(one)) for one in signed)
 
     def contains(self, parameters: Mapping[str, float], *, runs: int = 0) -> bool:
         """Whether the region holds these parameters.
@@ -177,19 +198,22 @@ class Identification(Shown):
                 unit = side.unit or "SI unit"
                 given[name] = checks.real(name, parameters[name], unit, least=side.lower, most=side.upper)
         least = math.ceil(self.confidence / (1.0 - self.confidence))
-        if runs and (self._fresh is None or runs < least):
+        if runs and (self.spec is None or runs < least):
             checks.add("runs", f"must be at least {least}, of a study that can make them, got {runs}")
         checks.finish()
         given = {name: given[name] for name in self.intervals}
         cube = on_cube(self.intervals, np.array([list(given.values())]))
         if not runs:
-            return bool(self._table.ratio(cube, self._observed)[0] <= 1.0)
-        assert self._fresh is not None
-        _, others, _ = self._fresh(runs, self.seed + 1, given)
+            return bool(self._fit.ratio(cube, self._observed)[0] <= 1.0)
+        assert self.spec is not None
+        features: dict[str, Any] = dict(self.spec.features)
+        trace = TraceFeatures(self._t, features, self._noise)
+        study = self.study or replace(self.spec, features={}, requirements={}).study()
+        _, others, _ = simulated(study, trace, self.intervals, runs, self.seed + 1, given)
         place = np.repeat(cube, len(others), axis=0)
         rank = math.ceil(self.confidence * (len(others) + 1)) - 1
-        cut = np.sort(self._table.distance(place, others))[min(rank, len(others) - 1)]
-        return bool(self._table.distance(cube, self._observed)[0] <= cut)
+        cut = np.sort(self._fit.distance(place, others))[min(rank, len(others) - 1)]
+        return bool(self._fit.distance(cube, self._observed)[0] <= cut)
 
     def __repr__(self) -> str:
         return f"<Identification of {listed(self.intervals)}: {self.status}>"
@@ -317,7 +341,19 @@ def identify(
         checks.add("features", "are beyond the largest number: samples, or their noise, are too large")
     checks.finish()
     issue(notices)
-    fit = FeatureFit(on_cube(named, points[:, columns]), table, level)
-    units = {name: units[name] for name in named if name in units}
-    fresh = None if isinstance(source, StudyResult) else partial(simulated, source, trace, named)
-    return Identification(named, values, level, len(points), seed, units, notices, _table=fit, _fresh=fresh)
+    study = source if isinstance(source, Study) else None
+    return Identification(
+        named,
+        values,
+        level,
+        len(points),
+        seed,
+        {name: units[name] for name in named if name in units},
+        notices,
+        None if study is None else replace(study.runner.spec, features=trace.features),
+        _cube=on_cube(named, points[:, columns]),
+        _table=table,
+        _t=trace.t,
+        _noise=trace.noise,
+        study=study,
+    )

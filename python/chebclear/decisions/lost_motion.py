@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..base import units
+from ..base import files as records, units
 from ..base.arguments import Checks, as_number
 from ..base.named import Named
 from ..base.rows import Array
@@ -45,7 +45,7 @@ _SLOW = 1e9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LostMotion(Named[Array]):
+class LostMotion(records.ArrayRecord, Named[Array]):
     """Lost motion of an output over the angle of the drive, and what each joint adds to it.
 
     A mapping from the names of the joints to their shares, each of shape (angles,).

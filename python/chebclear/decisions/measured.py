@@ -18,7 +18,7 @@ from ..base.arguments import Checks
 from ..base.named import Named
 from ..base.prefixes import format_range
 from ..base.rows import Array
-from ..base.shown import Shown, listed, meant_or_known
+from ..base.shown import listed, meant_or_known
 from ..base.units import UnitError, convert, is_quantity, si_unit, unit
 from ..errors import ArgumentError
 from ..scene.columns import column_unit
@@ -177,7 +177,7 @@ class Measured(records.ArrayRecord, Named[Array]):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Agreement(Shown):
+class Agreement(records.ArrayRecord):
     """How much of a measured output is inside a band; see `Measured.compare`.
 
     Attributes

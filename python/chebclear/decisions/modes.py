@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base import files as records
 from ..base.arguments import Checks
 from ..base.prefixes import format_quantity
 from ..base.rows import Array
@@ -33,7 +34,7 @@ _NEUTRAL = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Modes(html.Tabled):
+class Modes(html.Tabled, records.ArrayRecord):
     """Small free motions about a state; see `modes`.
 
     Attributes

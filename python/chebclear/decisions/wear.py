@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Literal, TypeAlias, Unpack
 
 import numpy as np
 
+from ..base import files as records
 from ..base.arguments import Checks
-from ..base.named import ReadOnlyDict
 from ..base.rows import Array
 from ..base.shown import meant_or_known
 from ..base.units import unit, units
@@ -102,7 +102,7 @@ class Archard:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class WearLife(html.Tabled):
+class WearLife(html.Tabled, records.ArrayRecord):
     """How bearings wear over the cycles of a mechanism; see `wear_life`.
 
     Attributes
@@ -323,7 +323,7 @@ def wear_life(
         cycles,
         np.array([max(depths.max() for depths in one.values()) for one in worn]),
         extremes,
-        ReadOnlyDict({name: np.stack([one[name] for one in worn]) for name in wear}),
+        {name: np.stack([one[name] for one in worn]) for name in wear},
         time,
         limit,
         requirement,

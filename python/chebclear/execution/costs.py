@@ -10,7 +10,7 @@ from typing import overload
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.files import same
+from ..base.files import ArrayRecord, same
 from ..base.rows import Array
 from ..base.units import unit
 from ..run.trajectory import Stats
@@ -67,8 +67,8 @@ class Costs(Sequence[Stats]):
         return f"<Costs: {len(self)} runs>"
 
 
-@dataclass(frozen=True)
-class Plan:
+@dataclass(frozen=True, eq=False)
+class Plan(ArrayRecord):
     """Estimated cost of a study on this machine, or with this executor.
 
     Attributes

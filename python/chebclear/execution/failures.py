@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..base.files import ArrayRecord
 from ..base.named import ReadOnlyDict
 from ..base.rows import Array
 from ..base.units import unit
@@ -38,8 +39,8 @@ class AllFailedError(Exception):
         self.first = first
 
 
-@dataclass(frozen=True)
-class FailedRun:
+@dataclass(frozen=True, eq=False)
+class FailedRun(ArrayRecord):
     """A run of a study that gave no result, repeated with tighter tolerances where those may help.
 
     Attributes

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 from ..base.arguments import Checks
+from ..base.files import ArrayRecord
 from ..base.shown import meant_or_known
 from ..base.units import unit
 from ..scene.columns import POSITIVE, SHARE, Limits, column_unit
@@ -281,8 +282,8 @@ def settling_time(scene: Scene) -> float:
     return (1.0 - 1e-9) * revolution_time(scene) or -math.inf
 
 
-@dataclass(frozen=True)
-class Extremum:
+@dataclass(frozen=True, eq=False)
+class Extremum(ArrayRecord):
     """The largest or smallest value of an output in the continuous motion.
 
     Attributes

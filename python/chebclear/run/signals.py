@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..base import files as records
 from ..base.arguments import Checks
 from ..base.named import Named
 from ..base.prefixes import format_quantity
@@ -37,7 +38,7 @@ _MOST_ROWS = 10
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Spectrum(html.Tabled):
+class Spectrum(html.Tabled, records.ArrayRecord):
     """Averaged spectrum of an output; see `Trajectory.spectrum`.
 
     Attributes
@@ -169,7 +170,7 @@ def _at_equal_angles(t: Array, values: Array, angle: Array, crank: str) -> tuple
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Cycles(html.Tabled):
+class Cycles(html.Tabled, records.ArrayRecord):
     """Load cycles of an output, the largest first; see `Trajectory.cycles`.
 
     Attributes

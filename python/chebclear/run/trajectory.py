@@ -15,7 +15,6 @@ from numpy.typing import DTypeLike, NDArray
 from ..base import files as records
 from ..base.arguments import Checks
 from ..base.rows import Array
-from ..base.shown import Shown
 from ..base.units import unit, units
 from ..data.dataset import Dataset, Variable, records as table_variables
 from ..data.exports import Exports
@@ -37,8 +36,8 @@ if TYPE_CHECKING:
     from ..plots.animation.animate import Animation
 
 
-@dataclass(frozen=True, repr=False)
-class Stats(Shown):
+@dataclass(frozen=True, eq=False, repr=False)
+class Stats(records.ArrayRecord):
     """The work of a simulation, in counts that do not depend on the machine.
 
     Attributes

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,11 +19,15 @@ from .runner import Runner
 from .sources.asked import outputs_of
 from .sources.finished import FinishedRuns
 from .sources.scenes import MOST_RUNS
+from .spec import StudySpec
 
 
 @dataclass(eq=False, repr=False)
 class StudyFunction:
     """Features of a study as a vectorized function of its parameters, made by `Study.function`.
+
+    Two functions are equal if they are the same features of equal studies, however often they were called. A
+    pickled one makes its runs on threads of its process and without a store.
 
     Attributes
     ----------
@@ -33,6 +37,8 @@ class StudyFunction:
         Interval of each parameter [SI units], shape (parameters, 2). Points may lie outside.
     features : tuple[str, ...]
         Names of the features, in the order of the columns of Y.
+    spec : StudySpec
+        What was asked of the study.
     calls : int
         Points at which it was called [-].
     failed : int
@@ -41,14 +47,21 @@ class StudyFunction:
         What should be checked, each kind once.
     """
 
-    parameters: tuple[str, ...]
-    bounds: Array
     features: tuple[str, ...]
+    spec: StudySpec
     calls: int = 0
     failed: int = 0
-    _runner: Runner = field(kw_only=True)
+    _runner: Runner | None = field(kw_only=True)
     _single: bool = field(kw_only=True)
     _notices: dict[object, Notice] = field(default_factory=dict, kw_only=True)
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        return tuple(self.spec.intervals)
+
+    @property
+    def bounds(self) -> Array:
+        return np.array([(side.lower, side.upper) for side in self.spec.intervals.values()])
 
     @property
     def notices(self) -> tuple[Notice, ...]:
@@ -79,6 +92,24 @@ class StudyFunction:
             values = values[:, 0]
         return cast("Array | float", values if points.ndim == 2 else values[0])
 
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, StudyFunction):
+            return NotImplemented
+        mine, its = ((one.features, one._single, one.spec) for one in (self, other))
+        return mine == its
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __copy__(self) -> StudyFunction:
+        return replace(self, _notices=dict(self._notices))
+
+    def __deepcopy__(self, memory: object) -> StudyFunction:
+        return self.__copy__()
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Executors cannot be pickled; the specification makes the runner again.
+        return vars(self) | {"_runner": None}
+
     def __repr__(self) -> str:
         return f"<StudyFunction {listed(self.features)} of {listed(self.parameters)}>"
 
@@ -105,6 +136,8 @@ class StudyFunction:
         if not len(points):
             return values
         told: list[Notice] = []
+        if self._runner is None:
+            self._runner = _runner_for(self.spec.study().runner, self.features)
         try:
             runs = self._runner.made(points, self._runner.settings, midpoint=False)
         except AllFailedError as error:
@@ -134,13 +167,8 @@ def function_of(runner: Runner, features: str | Sequence[str] | None) -> StudyFu
         raise ArgumentError("a table of finished runs has no values at other points")
     single = isinstance(features, str)
     asked = None if features is None else [features] if isinstance(features, str) else list(features)
-    every, settings = runner.features, runner.settings
-    if settings is not None:
-        known = set(every) if asked is None or not set(asked) <= set(every) else set(asked)
-        chosen = {name: one for name, one in every.items() if name in known}
-        settings = replace(settings, outputs=outputs_of(chosen, settings))
-        runner = replace(runner, features=chosen, settings=settings)
-    runner = replace(runner, execution=replace(runner.execution, most_failed=1.0), progress=None)
+    spec, every, settings = runner.spec, runner.features, runner.settings
+    runner = _runner_for(runner, every if asked is None else asked)
     nominal = np.array([list(runner.nominal.values())])
     checks = Checks()
     if settings is not None and not every:
@@ -160,5 +188,15 @@ def function_of(runner: Runner, features: str | Sequence[str] | None) -> StudyFu
         if name not in names:
             checks.add("features", f'has the unknown feature "{name}"{meant_or_known(name, names)}')
     checks.finish()
-    bounds = np.array([(side.lower, side.upper) for side in runner.intervals.values()])
-    return StudyFunction(tuple(runner.intervals), bounds, tuple(asked), _runner=runner, _single=single)
+    return StudyFunction(tuple(asked), spec, _runner=runner, _single=single)
+
+
+def _runner_for(runner: Runner, asked: Iterable[str]) -> Runner:
+    """The runner of a study with these features alone, if it has them, where any number of runs may fail."""
+    every, settings = runner.features, runner.settings
+    if settings is not None:
+        known = set(asked) if set(asked) <= set(every) else set(every)
+        chosen = {name: one for name, one in every.items() if name in known}
+        settings = replace(settings, outputs=outputs_of(chosen, settings))
+        runner = replace(runner, features=chosen, settings=settings)
+    return replace(runner, execution=replace(runner.execution, most_failed=1.0), progress=None)

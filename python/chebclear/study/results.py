@@ -118,12 +118,8 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
     settings: Settings | None
     scene: Scene | None
     requirement: Requirement | None = None
-    study: Any = field(default=None, compare=False)
-
-    def __getstate__(self) -> dict[str, Any]:
-        # Executors cannot be pickled; the specification makes the study again.
-        return {name: value for name, value in super().__getstate__().items() if name != "study"}
-
+    # Executors cannot be pickled; the specification makes the study again.
+    study: Any = field(default=None, compare=False, metadata=records.LIVE)
     features: FeatureTable = field(default_factory=lambda: NO_FEATURES)
     nominal_parameters: Array | None = None
     failures: tuple[FailedRun, ...] = ()

@@ -28,6 +28,7 @@ from ..run.settings import RunOptions, Settings
 from ..scene.distributions import Distribution
 from ..scene.scene import Interval, Scene
 from ..scene.schema import Part, read, write
+from .features.traces import BandPower, Crossings, MagnitudeQuantile
 from .requirements.specification import Specification
 from .sources.asked import FeatureSpec
 from .sources.scenes import MOST_NODES, MOST_RUNS
@@ -263,6 +264,7 @@ class StudySpec:
 
 # Fields that files have as they are.
 _PLAIN = ("cycles", "on_failure", "run_seconds", "table")
+_SAMPLED = {kind.__name__: kind for kind in (BandPower, Crossings, MagnitudeQuantile)}
 
 
 def _parameter(facts: Sequence[Any]) -> Interval | Distribution:
@@ -297,6 +299,8 @@ def written(value: Any) -> Any:
         window = value.window
         own = [] if window is None else [window.of, window.lower, window.upper]
         return {"feature": [value.kind, value.of, *own]}
+    if type(value) in _SAMPLED.values():
+        return {"sampled": type(value).__name__, "numbers": list(dataclasses.astuple(value))}
     if isinstance(value, Part):
         problems: list[Problem] = []
         plain = write(value, (type(value),), "", problems)
@@ -318,6 +322,8 @@ def as_it_was(plain: Any) -> Any:
             return np.array(items, dtype=kind)
         case {"feature": [kind, of, *window]}:
             return Feature(kind, of, Window(*window) if window else None)
+        case {"sampled": kind, "numbers": numbers}:
+            return _SAMPLED[kind](*numbers)
         case {"record": name, "fields": fields}:
             problems: list[Problem] = []
             record = read(fields, (_records()[name],), "", problems)

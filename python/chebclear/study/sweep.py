@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base import files as records
 from ..base.arguments import Checks
 from ..base.named import Named
 from ..base.prefixes import format_quantity, format_range
@@ -51,8 +52,8 @@ _LEAST_TURNS = 8
 _KEPT = 1.0 - 1e-9
 
 
-@dataclass(frozen=True)
-class Resonance:
+@dataclass(frozen=True, eq=False)
+class Resonance(records.ArrayRecord):
     """A peak of the mean of a feature, from which it falls on both sides to half the power, 1/sqrt(2) of it.
 
     Attributes
@@ -71,8 +72,8 @@ class Resonance:
     upper: float
 
 
-@dataclass(frozen=True)
-class LiftOff:
+@dataclass(frozen=True, eq=False)
+class LiftOff(records.ArrayRecord):
     """Neighboring values of the parameter of which only one keeps contact through all revolutions.
 
     Attributes
@@ -92,7 +93,7 @@ class LiftOff:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Sweep(WithNotices, Named[Array]):
+class Sweep(WithNotices, records.ArrayRecord, Named[Array]):
     """Features of every revolution over a parameter; see `Study.sweep`.
 
     A mapping from the names of the features to arrays of shape (points, revolutions), NaN where a run failed.

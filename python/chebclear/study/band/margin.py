@@ -8,6 +8,7 @@ from typing import Literal
 
 import numpy as np
 
+from ...base.files import ArrayRecord
 from ...base.rows import Array
 from ...base.units import unit
 from ..polynomials.holes import left_out_error
@@ -31,8 +32,8 @@ _FAR_OFF_LEFT_OUT = 5.0 * RESOLVED
 _STEEP = 0.25
 
 
-@dataclass(frozen=True)
-class Margin:
+@dataclass(frozen=True, eq=False)
+class Margin(ArrayRecord):
     """Method of a band, and the margin by which it exceeds its runs.
 
     Attributes

@@ -6,13 +6,14 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from ...base.shown import Shown, of_many
+from ...base.files import ArrayRecord
+from ...base.shown import of_many
 
 Flag = Literal["proved", "estimated", "too few runs", "unknown"]
 
 
-@dataclass(frozen=True, repr=False)
-class HowSure(Shown):
+@dataclass(frozen=True, eq=False, repr=False)
+class HowSure(ArrayRecord):
     """How sure a range over the tolerances is; ``str`` says it in a sentence.
 
     Attributes

@@ -8,14 +8,15 @@ from typing import Literal
 
 import numpy as np
 
+from ...base.files import ArrayRecord
 from ...base.named import ReadOnlyDict
 from ...base.units import unit
 from ...errors import describe
 from .band import Band
 
 
-@dataclass(frozen=True)
-class WorstCase:
+@dataclass(frozen=True, eq=False)
+class WorstCase(ArrayRecord):
     """A run at the parameters for which a polynomial predicts the largest or smallest value of an output."""
 
     output: str

@@ -24,7 +24,7 @@ class RestraintZones(records.ArrayRecord):
         Running maximum of the absolute deviation, shape (samples,).
     threshold : float
         Threshold of the envelope.
-    spans : list[tuple[float, float]]
+    spans : tuple[tuple[float, float], ...]
         First and last abscissa of every span on which the envelope is below the threshold; in seconds, or in
         the unit of the abscissa of the zones.
     """
@@ -32,7 +32,7 @@ class RestraintZones(records.ArrayRecord):
     deviation: Array
     envelope: Array
     threshold: float
-    spans: list[tuple[float, float]]
+    spans: tuple[tuple[float, float], ...]
 
     def __repr__(self) -> str:
         return f"<RestraintZones: {len(self.spans)} spans>"
@@ -100,7 +100,7 @@ def zones_of(deviation: Array, abscissa: Array, half: int, share: float = 0.5) -
     share of the largest deviation [-]."""
     envelope = running_maximum(np.abs(deviation), half)
     threshold = share * float(np.abs(deviation).max())
-    return RestraintZones(deviation, envelope, threshold, spans_below(abscissa, envelope, threshold))
+    return RestraintZones(deviation, envelope, threshold, tuple(spans_below(abscissa, envelope, threshold)))
 
 
 def spans_below(abscissa: Array, values: Array, threshold: float) -> list[tuple[float, float]]:

@@ -66,6 +66,12 @@ class Estimate(NamedTuple):
         # z: no -0.
         return f"{100.0 * self.value:z.0f} % ({100.0 * self.lower:z.0f} to {100.0 * self.upper:z.0f})"
 
+    def __eq__(self, other: object) -> bool:
+        return records.same(self, other)
+
+    def __ne__(self, other: object) -> bool:
+        return not records.same(self, other)
+
 
 UNKNOWN = Estimate(math.nan, math.nan, math.nan)
 """What runs that differ by rounding alone say of shares and of effects."""
@@ -85,6 +91,12 @@ class Swing(NamedTuple):
     """Interval of the first."""
     at_upper_range: tuple[float, float]
     """Interval of the second."""
+
+    def __eq__(self, other: object) -> bool:
+        return records.same(self, other)
+
+    def __ne__(self, other: object) -> bool:
+        return not records.same(self, other)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

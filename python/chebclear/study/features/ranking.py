@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...base.shown import Shown, shortened
+from ...base.files import ArrayRecord
+from ...base.shown import shortened
 from ...report import html
 from ...report.document import Items, Table
 from .effects import Estimate
@@ -21,8 +22,8 @@ if TYPE_CHECKING:
 _HELPFUL = 10.0
 
 
-@dataclass(frozen=True, repr=False)
-class Rank(Shown):
+@dataclass(frozen=True, eq=False, repr=False)
+class Rank(ArrayRecord):
     """Effect of one parameter on a feature.
 
     Attributes
@@ -54,8 +55,8 @@ class Rank(Shown):
         return True if lower > 0.0 else False if upper < _HELPFUL else None
 
 
-@dataclass(frozen=True, repr=False)
-class Ranking:
+@dataclass(frozen=True, eq=False, repr=False)
+class Ranking(ArrayRecord):
     """Which tolerance to tighten: the parameters by the effect of halving their intervals on a feature.
 
     It is the interval of 95 % of the values of the feature. ``print(ranking)`` shows the table with its

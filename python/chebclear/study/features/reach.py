@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ... import _core
+from ...base.files import ArrayRecord
 from ...base.rows import Array
-from ...base.shown import Shown
 from ...scene.columns import Limits
 from ..band.margin import RESOLVED
 from ..band.requirement import tolerated_share
@@ -21,8 +21,8 @@ from .effects import Fit, best_degree, fits_of, left_out
 _FOLDS = 10
 
 
-@dataclass(frozen=True, repr=False)
-class FeatureInterval(Shown):
+@dataclass(frozen=True, eq=False, repr=False)
+class FeatureInterval(ArrayRecord):
     """The range of a feature over the box.
 
     Attributes
