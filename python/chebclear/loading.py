@@ -6,14 +6,23 @@ import os
 from typing import TypeAlias, get_args
 
 from .base.files import kind_of
+from .decisions.allocation import Allocation
+from .decisions.contrast import Contrast
+from .decisions.identification import Identification
+from .decisions.lost_motion import LostMotion
+from .decisions.measured import Measured
+from .decisions.modes import Modes
 from .decisions.rare_result import RareShare
+from .decisions.wear import WearLife
 from .errors import ArgumentError
+from .run.signals import Cycles, Spectrum
 from .run.trajectory import Trajectory
 from .study.bifurcation import Bifurcation
 from .study.comparison import Comparison
 from .study.requirements.conformance import Conformance
 from .study.results import StudyResult
 from .study.runs import Runs
+from .study.sweep import Sweep
 from .tradeoffs.bounds import StudyTradeoff
 from .tradeoffs.result import Tradeoff
 
@@ -27,13 +36,23 @@ Saved: TypeAlias = (
     | Comparison
     | Conformance
     | RareShare
+    | Sweep
+    | Spectrum
+    | Cycles
+    | Modes
+    | LostMotion
+    | WearLife
+    | Allocation
+    | Contrast
+    | Identification
+    | Measured
 )
 
 _CLASSES = {kind.kind_of_file: kind for kind in get_args(Saved)}
 
 
 def load_result(path: str | os.PathLike[str]) -> Saved:
-    """Read what ``save`` of a result wrote, whichever it is of the classes below.
+    """Read what ``save`` of a result wrote, whichever result it is.
 
     Parameters
     ----------
@@ -42,7 +61,7 @@ def load_result(path: str | os.PathLike[str]) -> Saved:
 
     Returns
     -------
-    Trajectory, StudyResult, Runs, Tradeoff, StudyTradeoff, Bifurcation, Comparison, Conformance or RareShare
+    Trajectory, StudyResult, Sweep, Modes or another result that has ``save``
         What was saved.
 
     Raises

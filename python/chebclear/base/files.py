@@ -8,6 +8,7 @@ import math
 import operator
 import os
 import platform
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -17,6 +18,7 @@ from typing import (
     TYPE_CHECKING,
     Any,
     ClassVar,
+    Literal,
     Self,
     TypeAlias,
     TypeVar,
@@ -128,43 +130,72 @@ def _from_json(plain: dict[str, Any]) -> Any:
     return float(word)
 
 
+Shape: TypeAlias = tuple[int | str | None, ...]
+"""Sizes of the axes of an array: numbers, None for any, or names of axes that arrays of a record share. A
+field of that name has its size, as a number or by its length."""
+
 DAMAGE = (ValueError, EOFError, OSError, RuntimeError, SyntaxError, TokenError, BadZipFile, ZlibError)
 """Exceptions of numpy and zipfile for unreadable content of a file that is open."""
 
 
-def sound(record: Record, **shapes: tuple[int, ...]) -> Record:
-    """A record made of what a file says, if its fields have the declared types and its arrays these shapes.
+def sound(record: Record, **shapes: Shape) -> Record:
+    """A record made of what a file says, if its fields have the declared types and its arrays their shapes.
 
-    Records in its fields, and in sequences and mappings of them, are looked at as well. Raises a TypeError or
-    ValueError.
+    Shapes are those that its class or `shapes` say. Records in its fields, and in sequences and mappings of
+    them, are looked at as well. Raises a TypeError or ValueError.
     """
+    shapes = {**getattr(record, "_axes", {}), **shapes}
+    sizes: dict[str, int] = {}
     for item in dataclasses.fields(record):
         value = getattr(record, item.name)
         where = f"{type(record).__name__}.{item.name}"
         if not any(_has_type(value, one) for one in str(item.type).split(" | ")):
             raise TypeError(f"{where} is a {type(value).__name__}, not {item.type}")
-        if item.name in shapes and value.shape != shapes[item.name]:
-            raise ValueError(f"{where} has shape {value.shape}, not {shapes[item.name]}")
         entries = value if isinstance(value, list | tuple) else (value,)
         for one in value.values() if isinstance(value, dict) else entries:
+            if item.name in shapes and one is not None:
+                _check_shape(where, one.shape, shapes[item.name], record, sizes)
             if dataclasses.is_dataclass(one) and not isinstance(one, type):
                 sound(one)
     return record
+
+
+def _check_shape(
+    where: str, shape: tuple[int, ...], wanted: Shape, record: object, sizes: dict[str, int]
+) -> None:
+    """Raise ValueError if an array has another shape; `sizes` are those of the axes that have names."""
+    for axis, size in zip(wanted, shape, strict=False):
+        if isinstance(axis, str) and axis not in sizes:
+            known = getattr(record, axis, size)
+            sizes[axis] = known if isinstance(known, int) else len(known)
+    named = tuple(sizes.get(axis, axis) for axis in wanted)  # type: ignore[arg-type]
+    if len(shape) != len(named) or any(
+        one not in (None, size) for one, size in zip(named, shape, strict=True)
+    ):
+        raise ValueError(f"{where} has shape {shape}, not {named}")
+
+
+_COLLECTION = re.compile(r"tuple\[([^|]+), \.\.\.\]|dict\[str, ([^|]+)\]")
+# Arrays as they are annotated, and the kinds of their numbers.
+_ARRAYS = {"Array": "fiu", "NDArray[np.complex128]": "c"}
 
 
 def _has_type(value: Any, annotation: str) -> bool:
     """Whether a value has an annotated type; only those that a file can get wrong are looked at."""
     if annotation == "None":
         return value is None
-    if annotation == "tuple[str, ...]":
-        return isinstance(value, tuple) and all(isinstance(one, str) for one in value)
-    if annotation in ("Array", "Array | None"):
-        return isinstance(value, np.ndarray) and value.dtype.kind in "fiu"
+    if found := _COLLECTION.fullmatch(annotation):
+        kind, inner = (tuple, found[1]) if found[1] else (dict, found[2])
+        entries = value.values() if isinstance(value, dict) else value
+        return isinstance(value, kind) and all(_has_type(one, inner) for one in entries)
+    if annotation in _ARRAYS:
+        return isinstance(value, np.ndarray) and value.dtype.kind in _ARRAYS[annotation]
     if annotation == "float":
         return isinstance(value, float) or (_has_type(value, "int") and math.isfinite(float(value)))
     if annotation == "int":
         return isinstance(value, int) and not isinstance(value, bool)
-    return annotation != "str" or isinstance(value, str)
+    plain = {"str": str, "bool": bool}
+    return annotation not in plain or isinstance(value, plain[annotation])
 
 
 def _arrays(archive: np.lib.npyio.NpzFile, facts: Mapping[str, Any]) -> dict[str, NDArray[Any]]:
@@ -279,6 +310,8 @@ class ArrayRecord(Shown):
     """Base of results: dataclasses that are frozen with the arrays and dicts they hold, equal if all their
     fields are. A copy is the result itself, as of a tuple."""
 
+    _axes: ClassVar[Mapping[str, Shape]] = ReadOnlyDict({})
+    """Shapes of the arrays of fields, and of those in mappings."""
     __hash__ = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
@@ -316,6 +349,8 @@ def flattened(value: Any, place: str, arrays: dict[str, NDArray[Any]]) -> Any:
         return {"array": place}
     if hasattr(value, "from_json"):  # a scene, which has a form of its own
         return json.loads(value.to_json())
+    if hasattr(value, "from_facts"):  # as what was asked of a study, and its parameters
+        return value.facts()
     if dataclasses.is_dataclass(value):
         value = {name: getattr(value, name) for name in lasting(value)}
     inner = f"{place}." if place else ""
@@ -335,17 +370,24 @@ def restored(kind: Any, plain: Any, arrays: Mapping[str, Any]) -> Any:
     origin, inner = get_origin(kind), get_args(kind)
     if origin is UnionType:
         kinds = [one for one in inner if one is not NoneType]
-        return plain if plain is None or len(kinds) > 1 else restored(kinds[0], plain, arrays)
+        told = len(kinds) == 1 or hasattr(kinds[0], "from_facts")  # which says of what kind it is
+        return restored(kinds[0], plain, arrays) if told and plain is not None else plain
+    if origin is Literal and plain not in inner:
+        raise ValueError(f"{plain!r} is none of {inner}")
     if isinstance(plain, dict) and plain.keys() == {"array"}:
         return arrays[plain["array"]]
     if hasattr(kind, "from_json"):
         return kind.from_json(json.dumps(plain))
+    if hasattr(kind, "from_facts"):
+        return kind.from_facts(plain)
     if hasattr(kind, "from_dict"):
         return kind.from_dict(plain)
     if dataclasses.is_dataclass(kind):
         hints = get_type_hints(kind)
         return kind(**{name: restored(hints[name], one, arrays) for name, one in plain.items()})  # type: ignore[operator]
     if origin is tuple:
+        if not isinstance(plain, list):
+            raise TypeError(f"{plain!r} is no list")
         kinds = [inner[0]] * len(plain) if Ellipsis in inner else list(inner)
         return tuple(restored(one, value, arrays) for one, value in zip(kinds, plain, strict=True))
     if origin is dict:

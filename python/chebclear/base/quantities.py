@@ -6,7 +6,7 @@ import math
 import sys
 from collections.abc import Iterator, Mapping
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Self
 
 from ..errors import ArgumentTypeError
@@ -23,6 +23,26 @@ class Written:
     unit: ClassVar[str] = ""
     """The unit that stood with its first number, for checks against that of the quantity; no field, so that
     equal numbers are equal however they were written."""
+    _kinds: ClassVar[dict[str, type[Any]]] = {}
+    """All kinds by their names."""
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        Written._kinds[cls.__name__] = cls
+
+    def facts(self) -> dict[str, Any]:
+        """Its fields, kind and unit, as files have them."""
+        numbers = {item.name: getattr(self, item.name) for item in fields(self)}  # type: ignore[arg-type]
+        return {**numbers, "kind": type(self).__name__, "unit": self.unit}
+
+    @staticmethod
+    def from_facts(facts: Mapping[str, Any]) -> Any:
+        """What has such facts."""
+        numbers = dict(facts)
+        kind, unit = Written._kinds[numbers.pop("kind")], numbers.pop("unit")
+        if not isinstance(unit, str):
+            raise ValueError(f"{unit!r} is no unit")
+        return kind(**numbers).in_unit(unit)
 
     def in_unit(self, unit: str) -> Self:
         """The same with the unit in which it was written."""

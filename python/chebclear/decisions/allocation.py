@@ -67,7 +67,7 @@ class Tolerance(records.ArrayRecord):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Allocation(WithNotices, html.Reported, records.ArrayRecord, Named[Tolerance]):
+class Allocation(WithNotices, html.Reported, records.Saved, Named[Tolerance], kind="allocation"):
     """The cheapest tolerances that keep requirements; see `allocate`.
 
     Attributes

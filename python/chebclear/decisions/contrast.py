@@ -6,7 +6,7 @@ import json
 from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 from zlib import crc32
 
 import numpy as np
@@ -71,6 +71,8 @@ class Difference(records.ArrayRecord):
     written : tuple[str, ...]
         Units that the user wrote, in which it is shown.
     """
+
+    _axes: ClassVar = {"first": ("pairs",), "second": ("pairs",)}
 
     name: str
     unit: str
@@ -166,8 +168,9 @@ class Contrast(
     WithNotices,
     html.Tabled,
     html.Reported,
-    records.ArrayRecord,
+    records.Saved,
     Named["Difference | ShareDifference"],
+    kind="contrast",
 ):
     """Two designs compared in pairs; see `contrast`.
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.random import default_rng
@@ -39,7 +39,7 @@ _AT_THE_END = 0.98
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Identification(records.ArrayRecord):
+class Identification(records.Saved, kind="identification"):
     """The parameters with which a model has the features of a trace; see `identify`.
 
     Attributes
@@ -63,6 +63,8 @@ class Identification(records.ArrayRecord):
     study : Study | None
         The study; None of finished runs and after pickling or loading, where `spec` makes it again.
     """
+
+    _axes: ClassVar = {"_cube": ("runs", "intervals"), "_table": ("runs", "features"), "_t": ("samples",)}
 
     intervals: dict[str, Interval]
     features: dict[str, float]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -45,7 +45,7 @@ _SLOW = 1e9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LostMotion(records.ArrayRecord, Named[Array]):
+class LostMotion(records.Saved, Named[Array], kind="lost motion"):
     """Lost motion of an output over the angle of the drive, and what each joint adds to it.
 
     A mapping from the names of the joints to their shares, each of shape (angles,).
@@ -63,6 +63,8 @@ class LostMotion(records.ArrayRecord, Named[Array]):
     clearances : dict[str, float]
         Clearance of each joint on one side [m].
     """
+
+    _axes: ClassVar = {"angle": ("angles",), "shares": ("angles",)}
 
     at: str
     unit: str

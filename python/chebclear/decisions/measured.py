@@ -9,7 +9,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, ClassVar, overload
 
 import numpy as np
 
@@ -39,7 +39,7 @@ _MOST_NAMED = 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Measured(records.ArrayRecord, Named[Array]):
+class Measured(records.Saved, Named[Array], kind="measured trace"):
     """Measured outputs over time, crank angle or both; ``measured["slider.ax"]`` are the values of one.
 
     `load_measured` reads one from a file; arrays in SI units make one too.
@@ -60,6 +60,8 @@ class Measured(records.ArrayRecord, Named[Array]):
     ValueError
         If something is missing, not finite, or of another length; all problems are listed.
     """
+
+    _axes: ClassVar = {"columns": ("samples",), "t": ("samples",), "angle": ("samples",)}
 
     columns: dict[str, Array]
     units: dict[str, str] = field(default_factory=dict)

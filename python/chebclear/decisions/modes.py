@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,7 @@ _NEUTRAL = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Modes(html.Tabled, records.ArrayRecord):
+class Modes(html.Tabled, records.Saved, kind="modes"):
     """Small free motions about a state; see `modes`.
 
     Attributes
@@ -57,6 +57,14 @@ class Modes(html.Tabled, records.ArrayRecord):
     scene : Scene
         The mechanism.
     """
+
+    _axes: ClassVar = {
+        "frequencies": ("modes",),
+        "damping": ("modes",),
+        "shapes": ("modes", "bodies", 3),
+        "decays": ("decays",),
+        "poses": ("bodies", 3),
+    }
 
     frequencies: Array = field(metadata=unit("Hz"))
     damping: Array

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Literal, TypeAlias, Unpack
+from typing import TYPE_CHECKING, ClassVar, Literal, TypeAlias, Unpack
 
 import numpy as np
 
@@ -102,7 +102,7 @@ class Archard:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class WearLife(html.Tabled, records.ArrayRecord):
+class WearLife(html.Tabled, records.Saved, kind="wear life"):
     """How bearings wear over the cycles of a mechanism; see `wear_life`.
 
     Attributes
@@ -129,6 +129,13 @@ class WearLife(html.Tabled, records.ArrayRecord):
     message : str
         How the last run ended, in words.
     """
+
+    _axes: ClassVar = {
+        "cycles": ("runs",),
+        "depth": ("runs",),
+        "values": ("runs", 2),
+        "profiles": ("runs", None),
+    }
 
     end: End
     life: float

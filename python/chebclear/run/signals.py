@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -38,7 +38,7 @@ _MOST_ROWS = 10
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Spectrum(html.Tabled, records.ArrayRecord):
+class Spectrum(html.Tabled, records.Saved, kind="spectrum"):
     """Averaged spectrum of an output; see `Trajectory.spectrum`.
 
     Attributes
@@ -57,6 +57,8 @@ class Spectrum(html.Tabled, records.ArrayRecord):
     pieces : int
         Overlapping pieces that are averaged [-].
     """
+
+    _axes: ClassVar = {"lines": ("lines",), "power": ("lines",)}
 
     output: str
     unit: str
@@ -170,7 +172,7 @@ def _at_equal_angles(t: Array, values: Array, angle: Array, crank: str) -> tuple
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Cycles(html.Tabled, records.ArrayRecord):
+class Cycles(html.Tabled, records.Saved, kind="load cycles"):
     """Load cycles of an output, the largest first; see `Trajectory.cycles`.
 
     Attributes
@@ -186,6 +188,8 @@ class Cycles(html.Tabled, records.ArrayRecord):
     counts : Array
         1 for a closed cycle, 0.5 for half a cycle [-], shape (cycles,).
     """
+
+    _axes: ClassVar = {"ranges": ("cycles",), "means": ("cycles",), "counts": ("cycles",)}
 
     output: str
     unit: str

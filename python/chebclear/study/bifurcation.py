@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, Unpack
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, TypeVar, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -60,6 +60,8 @@ class Bifurcation(Exports, records.Saved, kind="bifurcation"):
         Periods before the first sample [-].
     """
 
+    _axes: ClassVar = {"values": ("values",), "samples": ("values", "periods"), "period": ("values",)}
+
     parameter: str
     values: Array
     output: str
@@ -99,10 +101,6 @@ class Bifurcation(Exports, records.Saved, kind="bifurcation"):
         jumps = np.diff(np.sort(self.samples, axis=1), axis=1) > gap
         known = np.isfinite(self.samples).all(axis=1)
         return np.where(known, 1 + jumps.sum(axis=1), 0)
-
-    def _check_shapes(self) -> None:
-        count = len(self.values)
-        records.sound(self, values=(count,), samples=(count, self.samples.shape[-1]), period=(count,))
 
     def plot(self, *, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw the diagram; see `plot_bifurcation` for the options."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,7 +93,7 @@ class LiftOff(records.ArrayRecord):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Sweep(WithNotices, records.ArrayRecord, Named[Array]):
+class Sweep(WithNotices, records.Saved, Named[Array], kind="sweep"):
     """Features of every revolution over a parameter; see `Study.sweep`.
 
     A mapping from the names of the features to arrays of shape (points, revolutions), NaN where a run failed.
@@ -117,6 +117,8 @@ class Sweep(WithNotices, records.ArrayRecord, Named[Array]):
     notices : tuple[Notice, ...]
         Runs that failed, warnings of the runs, and features that have not settled.
     """
+
+    _axes: ClassVar = {"points": ("points",), "speeds": ("points",), "features": ("points", "turns")}
 
     parameter: str
     parameter_unit: str

@@ -4,7 +4,9 @@ import copy
 import dataclasses
 import functools
 import inspect
+import json
 import pickle
+import re
 import warnings
 
 import chebclear as cc
@@ -251,3 +253,79 @@ def test_a_pickled_function_and_identification_make_the_same_runs():
     for parameters in ({"a": 1.0, "b": 2.0}, {"a": 0.9, "b": 1.8}):
         inside = [way(found).contains(parameters, runs=10) for way in WAYS.values()]
         assert inside == [found.contains(parameters, runs=10)] * len(WAYS)
+
+
+def test_a_saved_result_is_equal_to_its_file(result, tmp_path):
+    if not hasattr(result, "save"):
+        pytest.skip("a part of other results")
+    path = result.save(tmp_path / "result")
+    for other in (cc.load_result(path), type(result).load(path)):
+        assert other == result and repr(other) == repr(result) and str(other) == str(result)
+        test_nothing_in_a_result_can_be_changed(other)
+
+
+SAVED = ["sweep", "modes", "lost motion", "spectrum", "cycles", "wear life", "allocation", "contrast"]
+SAVED += ["identification", "measured"]
+
+
+@pytest.mark.parametrize("name", SAVED)
+def test_a_damaged_file_is_refused(name, tmp_path):
+    if name == "cycles":
+        pytest.importorskip("rainflow")
+    whole = made(name).save(tmp_path / "whole").read_bytes()
+    damaged = tmp_path / "damaged.npz"
+    for length in (0, 10, len(whole) // 2, len(whole) - 30):
+        damaged.write_bytes(whole[:length])
+        with pytest.raises(cc.errors.ArgumentError, match=re.escape(str(damaged))):
+            cc.load_result(damaged)
+    with np.load(tmp_path / "whole.npz") as archive:
+        arrays = {key: archive[key] for key in archive.files}
+    facts = json.loads(str(arrays.pop("metadata")))
+    wrong = [
+        (arrays, facts | {"record": facts["record"] | {field: {"x": [["!"]]}}}) for field in facts["record"]
+    ]
+    less = dict(list(facts["record"].items())[1:])
+    wrong += [(arrays, facts | {"record": less}), (arrays, facts | {"record": facts["record"] | {"more": 1}})]
+    for key, array in arrays.items():
+        wrong.append(({other: one for other, one in arrays.items() if other != key}, facts))
+        # What its own list of members says too, so that only the result itself can know.
+        for other in (array[..., None], np.full(array.shape, "x")):
+            members = facts["members"] | {key: list(other.shape)}
+            wrong.append((arrays | {key: other}, facts | {"members": members}))
+    for others, said in wrong:
+        np.savez(damaged, **others, metadata=np.array(json.dumps(said)))
+        with pytest.raises((cc.errors.ArgumentError, cc.errors.SceneError)):
+            cc.load_result(damaged)
+            print(others.keys(), said)  # of what was read all the same
+
+
+def test_every_result_with_a_file_is_known_to_load_result():
+    known = {name for name in MADE if hasattr(made(name), "save")}
+    assert known >= set(SAVED)
+    loaded = {type(made(name)) for name in known}
+    assert {one for one in vars(cc.results).values() if hasattr(one, "load")} <= loaded
+
+
+def test_an_identification_from_a_file_makes_further_runs(tmp_path):
+    crank = cc.Study(
+        cc.mechanisms.slider_crank,
+        {"rod_length": cc.Interval("119 mm", "121 mm")},
+        ["slider.x"],
+        fixed={"clearance_at": ()},
+        duration=0.01,
+        samples=41,
+    )
+    run = cc.simulate(cc.mechanisms.slider_crank(clearance_at=()), duration=0.01, samples=41)
+    measured = cc.results.Measured({"slider.x": run["slider.x"]}, t=run.t)
+    wanted = {"rms": cc.features.rms("slider.x"), "most": cc.features.MagnitudeQuantile("slider.x", 0.9)}
+    noise = {"slider.x": "0.1 mm"}
+    found = cc.identify(crank, measured, ["rod_length"], wanted, runs=100, noise=noise)
+    loaded = cc.load_result(found.save(tmp_path / "found"))
+    assert loaded == found and loaded.intervals["rod_length"].unit == "mm"
+    for length in (0.1195, 0.12):
+        inside = found.contains({"rod_length": length}, runs=10)
+        assert loaded.contains({"rod_length": length}, runs=10) == inside
+    # Python functions do not travel into files.
+    alone = cc.load_result(made("identification").save(tmp_path / "alone"))
+    with pytest.raises(cc.errors.ArgumentError, match=r"test_records\.model"):
+        alone.contains({"a": 1.0, "b": 2.0}, runs=10)

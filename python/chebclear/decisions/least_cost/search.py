@@ -122,7 +122,7 @@ class Search:
 
     def parameters(self, design: Array) -> dict[str, Interval | Distribution]:
         """All parameters with these tolerances."""
-        factors = dict(zip(self.prices, design / self.before, strict=True))
+        factors = dict(zip(self.prices, (design / self.before).tolist(), strict=True))
         return {
             name: _scaled(one, factors[name]) if name in factors else one
             for name, one in self.runner.parameters.items()

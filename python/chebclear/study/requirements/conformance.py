@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -61,6 +61,8 @@ class Share(records.ArrayRecord):
     limits : tuple[float, float]
         The limits, infinite for none.
     """
+
+    _axes: ClassVar = {"counts": ("at", 2), "intervals": ("at", 2), "lowest": ("runs",), "highest": ("runs",)}
 
     name: str
     specification: Specification
@@ -156,6 +158,8 @@ class Conformance(records.Saved, Named[Share], kind="conformance"):
     notices : tuple[Notice, ...]
         Warnings of the runs, each text once.
     """
+
+    _axes: ClassVar = {"parameters": (None, "parameter_names")}
 
     shares: dict[str, Share]
     parameters: Array
