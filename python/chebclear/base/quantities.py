@@ -32,13 +32,13 @@ class Written:
 
     def facts(self) -> dict[str, Any]:
         """Its fields, kind and unit, as files have them."""
-        numbers = {item.name: getattr(self, item.name) for item in fields(self)}  # type: ignore[arg-type]
+        numbers = {item.name: _plain(getattr(self, item.name)) for item in fields(self)}  # type: ignore[arg-type]
         return {**numbers, "kind": type(self).__name__, "unit": self.unit}
 
     @staticmethod
     def from_facts(facts: Mapping[str, Any]) -> Any:
         """What has such facts."""
-        numbers = dict(facts)
+        numbers = {name: _as_it_was(value) for name, value in facts.items()}
         kind, unit = Written._kinds[numbers.pop("kind")], numbers.pop("unit")
         if not isinstance(unit, str):
             raise ValueError(f"{unit!r} is no unit")
@@ -49,6 +49,19 @@ class Written:
         made = copy(self)
         object.__setattr__(made, "unit", unit)
         return made
+
+
+def _plain(value: Any) -> Any:
+    """A field as JSON has it: what is written is its facts, numbers in a row are a list."""
+    if isinstance(value, Written):
+        return value.facts()
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _as_it_was(plain: Any) -> Any:
+    if isinstance(plain, Mapping):
+        return Written.from_facts(plain)
+    return tuple(plain) if isinstance(plain, list) else plain
 
 
 @dataclass(frozen=True)

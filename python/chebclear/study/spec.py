@@ -18,6 +18,7 @@ from .. import mechanisms
 from ..base.arguments import Checks
 from ..base.files import same
 from ..base.named import ReadOnlyDict
+from ..base.quantities import Written
 from ..base.rows import Array
 from ..base.shown import did_you_mean, in_a_sentence, meant_or_known
 from ..base.units import unit, units_in
@@ -195,19 +196,13 @@ class StudySpec:
             build = {"scene_file": text}
         return {
             "build": build,
-            "parameters": {
-                name: given.facts()
-                if isinstance(given, Distribution)
-                else [type(given).__name__, *dataclasses.astuple(given)]
-                for name, given in self.parameters.items()
-            },
+            "parameters": {name: given.facts() for name, given in self.parameters.items()},
             "outputs": None if self.outputs is None else list(self.outputs),
             "settings": None if self.settings is None else dataclasses.asdict(self.settings),
             "fixed": {name: written(value) for name, value in self.fixed.items()},
             "features": {name: written(one) for name, one in self.features.items()},
             "units": dict(self.units),
             "requirements": {name: dataclasses.asdict(one) for name, one in self.requirements.items()},
-            "written": {name: given.unit for name, given in self.parameters.items() if given.unit},
             **{name: getattr(self, name) for name in _PLAIN},
         }
 
@@ -221,10 +216,7 @@ class StudySpec:
 
         return cls(
             build=known["build"] if "build" in known else _build_of(facts["build"]),
-            parameters={
-                name: _parameter(given).in_unit(facts["written"].get(name, ""))
-                for name, given in facts["parameters"].items()
-            },
+            parameters={name: Written.from_facts(given) for name, given in facts["parameters"].items()},
             outputs=None if outputs is None else tuple(outputs),
             settings=None if settings is None else Settings.from_dict(settings),
             fixed=restored("fixed"),
@@ -237,8 +229,9 @@ class StudySpec:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, StudySpec):
             return NotImplemented
-        # Equal numbers are equal however they were written.
-        return same(self.facts() | {"written": {}}, other.facts() | {"written": {}})
+        # Equal numbers of parameters are equal in whatever unit they were written.
+        own, theirs = (one.facts() | {"parameters": dict(one.parameters)} for one in (self, other))
+        return same(own, theirs)
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -265,12 +258,6 @@ class StudySpec:
 # Fields that files have as they are.
 _PLAIN = ("cycles", "on_failure", "run_seconds", "table")
 _SAMPLED = {kind.__name__: kind for kind in (BandPower, Crossings, MagnitudeQuantile)}
-
-
-def _parameter(facts: Sequence[Any]) -> Interval | Distribution:
-    """An interval or a distribution from its JSON values."""
-    word, *ends = facts
-    return Interval(*ends) if word == "Interval" else Distribution.of_facts(facts)
 
 
 def named(one: object) -> str:

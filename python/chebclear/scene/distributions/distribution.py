@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Any, ClassVar, Literal, NamedTuple, Self
@@ -154,32 +154,9 @@ class Distribution(Written):
         """With all values larger by a distance."""
         return type(self)(*(value + distance for value in self._values())).in_unit(self.unit)
 
-    def facts(self) -> list[Any]:
-        """The name of the kind and the fields, as JSON has them."""
-        fields = (getattr(self, item.name) for item in dataclasses.fields(self))
-        return [type(self).__name__, *map(_plain, fields)]
-
-    @staticmethod
-    def of_facts(facts: Sequence[Any]) -> Distribution:
-        """What has these `facts`."""
-        kind, *fields = facts
-        return Distribution.kinds[kind](*map(_as_it_was, fields))
-
     def _values(self) -> tuple[Any, ...]:
         """The fields of a kind all of whose numbers are values of the parameter."""
         return dataclasses.astuple(self)
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Distribution):
-        return value.facts()
-    return list(value) if isinstance(value, tuple) else value
-
-
-def _as_it_was(plain: Any) -> Any:
-    if not isinstance(plain, list):
-        return plain
-    return Distribution.of_facts(plain) if plain and isinstance(plain[0], str) else tuple(plain)
 
 
 def _tail(score: float) -> float:
