@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ..base.files import package_version
+
+_NO_FACTS: Mapping[str, str | int | float] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -57,7 +62,24 @@ def records(prefix: str, dimension: str, table: object, units: dict[str, str]) -
     }
 
 
-def numbered(axis: str, columns: Mapping[str, Sequence[Any]], units: Mapping[str, str]) -> Dataset:
+def facts_of(record: Any) -> dict[str, str | int | float]:
+    """What else is known of a result: its fields that are numbers or words, its warnings, and the version."""
+    values = {item.name: getattr(record, item.name) for item in fields(record)}
+    # netCDF has no truth values.
+    facts = {
+        name: int(value) if isinstance(value, bool) else value
+        for name, value in values.items()
+        if isinstance(value, str | int | float)
+    }
+    return {"chebclear": package_version(), "warnings": "\n".join(getattr(record, "warnings", ())), **facts}
+
+
+def numbered(
+    axis: str,
+    columns: Mapping[str, Sequence[Any]],
+    units: Mapping[str, str],
+    facts: Mapping[str, str | int | float] = _NO_FACTS,
+) -> Dataset:
     """Rows of a table of numbers or words, counted along its axis; a None among numbers becomes NaN."""
     variables: dict[str, Variable] = {}
     for name, column in columns.items():
@@ -65,4 +87,4 @@ def numbered(axis: str, columns: Mapping[str, Sequence[Any]], units: Mapping[str
         values = np.array(column, dtype=float) if numbers and None in column else np.array(column)
         variables[name] = Variable((axis,), values, units.get(name, ""))
     count = len(next(iter(columns.values())))
-    return Dataset(axis, {axis: Variable((axis,), np.arange(count), "-"), **variables})
+    return Dataset(axis, {axis: Variable((axis,), np.arange(count), "-"), **variables}, dict(facts))

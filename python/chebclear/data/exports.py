@@ -19,12 +19,37 @@ if TYPE_CHECKING:
     import xarray
 
 
+# Rows of a table that notebooks show.
+_SHOWN = 10
+
+
+def _cell(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _caption(data: Dataset, shown: int) -> str:
+    """What a notebook writes over the first rows of a table."""
+    count = len(data.variables[data.axis].values)
+    return f"By {data.axis}" if shown == count else f"By {data.axis}, the first {shown} of {count}"
+
+
 class Exports(ABC):
     """Base of results that other programs can read."""
 
     @abstractmethod
     def dataset(self) -> Dataset:
         """The result as named arrays with units: what all the exports are made from."""
+
+    def _repr_html_(self) -> str:
+        from ..report import html
+        from ..report.document import Table
+
+        data = self.dataset()
+        table = data.table()
+        head = [f"{name} [{data.unit(name)}]" if data.unit(name) else name for name in table]
+        cells = [[_cell(one) for one in column[:_SHOWN].tolist()] for column in table.values()]
+        rows = [list(row) for row in zip(*cells, strict=True)]
+        return html.fragment(repr(self).strip("<>"), [Table(_caption(data, len(rows)), head, rows)])
 
     def to_dict(self) -> dict[str, Any]:
         """Views of the columns that `to_csv` writes, by name, the axis first."""

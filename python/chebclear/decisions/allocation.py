@@ -15,6 +15,8 @@ from ..base.named import Named
 from ..base.prefixes import Form, format_quantity
 from ..base.shown import capital, listed
 from ..base.tables import format_table
+from ..data.dataset import Dataset, facts_of, numbered
+from ..data.exports import Exports
 from ..errors import ArgumentTypeError
 from ..notices import Notice, WithNotices, issue
 from ..report import html
@@ -67,7 +69,7 @@ class Tolerance(records.ArrayRecord):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Allocation(WithNotices, html.Reported, records.Saved, Named[Tolerance], kind="allocation"):
+class Allocation(WithNotices, html.Reported, records.Saved, Named[Tolerance], Exports, kind="allocation"):
     """The cheapest tolerances that keep requirements; see `allocate`.
 
     Attributes
@@ -147,6 +149,13 @@ class Allocation(WithNotices, html.Reported, records.Saved, Named[Tolerance], ki
             )
         rows.append(["all", "", "", f"{self.cost_before:.4g}", f"{self.cost:.4g}"])
         return Table("Tolerances", ["parameter", "before", "after", "cost before", "cost after"], rows)
+
+    def dataset(self) -> Dataset:
+        """A row for each tolerance, whose unit is in a column of its own."""
+        names = ("name", "unit", "before", "after", "grade", "cost_before", "cost_after")
+        columns = {name: [getattr(one, name) for one in self.tolerances.values()] for name in names}
+        facts = facts_of(self) | {f"saving of {name}": one for name, one in self.saving.items()}
+        return numbered("row", columns, {}, facts)
 
     def __repr__(self) -> str:
         return f"<Allocation: {self.status}, {listed(self._names, most=4)}>"

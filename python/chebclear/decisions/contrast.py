@@ -19,6 +19,8 @@ from ..base.named import Named
 from ..base.prefixes import Form, format_quantity, format_tolerance
 from ..base.rows import Array
 from ..base.shown import in_a_sentence, listed
+from ..data.dataset import Dataset, Variable, facts_of, numbered
+from ..data.exports import Exports
 from ..errors import ArgumentError, ArgumentTypeError
 from ..notices import Notice, WithNotices, issue
 from ..report import html
@@ -170,6 +172,7 @@ class Contrast(
     html.Reported,
     records.Saved,
     Named["Difference | ShareDifference"],
+    Exports,
     kind="contrast",
 ):
     """Two designs compared in pairs; see `contrast`.
@@ -249,6 +252,23 @@ class Contrast(
                 *warnings_section(self.warnings),
             ],
         )
+
+    def dataset(self) -> Dataset:
+        """A row for each requirement and feature, whose unit is in a column of its own, with the pairs."""
+        shares, features = self.requirements.values(), self.features.values()
+        columns: dict[str, list[Any]] = {
+            "of": ["requirement"] * len(shares) + ["feature"] * len(features),
+            "unit": ["-"] * len(shares) + [one.unit for one in features],
+            "difference": [one.difference for one in shares] + [one.median for one in features],
+        }
+        for name in ("name", "lower", "upper", "confidence"):
+            columns[name] = [getattr(one, name) for one in (*shares, *features)]
+        data = numbered("row", columns, {"confidence": "-"}, facts_of(self))
+        for one in features:
+            for name, values in (("first", one.first), ("second", one.second)):
+                pairs = Variable((f"pair of {one.name}",), values, one.unit)
+                data.variables[f"features.{one.name}.{name}"] = pairs
+        return replace(data, facts=data.facts | {"changes": "\n".join(self.changes)})
 
     def __repr__(self) -> str:
         return f"<Contrast: {listed(self._names, most=4)}>"

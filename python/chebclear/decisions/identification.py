@@ -18,6 +18,8 @@ from ..base.prefixes import format_range
 from ..base.rows import Array
 from ..base.shown import listed, meant_or_known
 from ..base.units import unit
+from ..data.dataset import Dataset, Variable, facts_of
+from ..data.exports import Exports
 from ..errors import ArgumentTypeError
 from ..notices import Notice, issue
 from ..scene.scene import Interval
@@ -39,7 +41,7 @@ _AT_THE_END = 0.98
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Identification(records.Saved, kind="identification"):
+class Identification(records.Saved, Exports, kind="identification"):
     """The parameters with which a model has the features of a trace; see `identify`.
 
     Attributes
@@ -216,6 +218,15 @@ class Identification(records.Saved, kind="identification"):
         rank = math.ceil(self.confidence * (len(others) + 1)) - 1
         cut = np.sort(self._fit.distance(place, others))[min(rank, len(others) - 1)]
         return bool(self._fit.distance(cube, self._observed)[0] <= cut)
+
+    def dataset(self) -> Dataset:
+        """The points that fill the region."""
+        variables = {"point": Variable(("point",), np.arange(len(self.points)), "-")}
+        for name, values in zip(self.intervals, self.points.T, strict=True):
+            variables[f"parameters.{name}"] = Variable(("point",), values, self.units.get(name, ""))
+        facts = facts_of(self) | {"status": self.status, "share": self.share}
+        facts |= {f"features.{name}": one for name, one in self.features.items()}
+        return Dataset("point", variables, facts)
 
     def __repr__(self) -> str:
         return f"<Identification of {listed(self.intervals)}: {self.status}>"

@@ -14,6 +14,8 @@ from ..base.arguments import Checks, as_number
 from ..base.named import Named
 from ..base.rows import Array
 from ..base.shown import listed, meant_or_known
+from ..data.dataset import Dataset, Variable, facts_of
+from ..data.exports import Exports
 from ..errors import ArgumentError, ArgumentTypeError
 from ..run.settings import Settings
 from ..run.simulation import simulate
@@ -45,7 +47,7 @@ _SLOW = 1e9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LostMotion(records.Saved, Named[Array], kind="lost motion"):
+class LostMotion(records.Saved, Named[Array], Exports, kind="lost motion"):
     """Lost motion of an output over the angle of the drive, and what each joint adds to it.
 
     A mapping from the names of the joints to their shares, each of shape (angles,).
@@ -80,6 +82,13 @@ class LostMotion(records.Saved, Named[Array], kind="lost motion"):
     @property
     def _by_name(self) -> dict[str, Array]:
         return self.shares
+
+    def dataset(self) -> Dataset:
+        """Lost motion by all joints and by each, over the angle of the drive."""
+        columns = {"total": self.total, **{f"shares.{name}": one for name, one in self.shares.items()}}
+        variables = {name: Variable(("angle",), one, self.unit) for name, one in columns.items()}
+        facts = facts_of(self) | {f"clearance of {name} [m]": one for name, one in self.clearances.items()}
+        return Dataset("angle", {"angle": Variable(("angle",), self.angle, "rad"), **variables}, facts)
 
     def __repr__(self) -> str:
         return f"<LostMotion of {self.at} by {listed(self._names, most=4)}: {self}>"

@@ -20,6 +20,8 @@ from ..base.prefixes import format_range
 from ..base.rows import Array
 from ..base.shown import listed, meant_or_known
 from ..base.units import UnitError, convert, is_quantity, si_unit, unit
+from ..data.dataset import Dataset, Variable, facts_of
+from ..data.exports import Exports
 from ..errors import ArgumentError
 from ..scene.columns import column_unit
 from ..study.band.band import Band
@@ -39,7 +41,7 @@ _MOST_NAMED = 4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Measured(records.Saved, Named[Array], kind="measured trace"):
+class Measured(records.Saved, Named[Array], Exports, kind="measured trace"):
     """Measured outputs over time, crank angle or both; ``measured["slider.ax"]`` are the values of one.
 
     `load_measured` reads one from a file; arrays in SI units make one too.
@@ -95,6 +97,15 @@ class Measured(records.Saved, Named[Array], kind="measured trace"):
     @property
     def _by_name(self) -> dict[str, Array]:
         return self.columns
+
+    def dataset(self) -> Dataset:
+        """The columns over time, or over the crank angle if that alone is known."""
+        axis = "angle" if self.t is None else "t"
+        known = {"t": self.t, "angle": self.angle, **self.columns}
+        units = {**self.units, "t": "s", "angle": "rad"}
+        columns = {name: one for name, one in known.items() if one is not None}
+        variables = {name: Variable((axis,), one, units.get(name, "")) for name, one in columns.items()}
+        return Dataset(axis, variables, facts_of(self))
 
     def __repr__(self) -> str:
         axes = " and ".join(name for name in ("t", "angle") if getattr(self, name) is not None)
@@ -179,7 +190,7 @@ class Measured(records.Saved, Named[Array], kind="measured trace"):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Agreement(records.ArrayRecord):
+class Agreement(records.ArrayRecord, Exports):
     """How much of a measured output is inside a band; see `Measured.compare`.
 
     Attributes
@@ -215,6 +226,14 @@ class Agreement(records.ArrayRecord):
         return tuple(
             (float(self.places[a]), float(self.places[b])) for a, b in zip(firsts, lasts, strict=True)
         )
+
+    def dataset(self) -> Dataset:
+        """The measured values and how far each is outside, over time or crank angle."""
+        axis, symbol = ("t", "s") if self.band.angle is None else ("angle", "rad")
+        variables = {axis: Variable((axis,), self.places, symbol)}
+        for name, values in ((self.band.name, self.values), ("excess", self.excess)):
+            variables[name] = Variable((axis,), values, self.band.unit)
+        return Dataset(axis, variables, facts_of(self) | {"share": self.share})
 
     def __str__(self) -> str:
         band, outside = self.band, self.outside

@@ -14,6 +14,8 @@ from ..base.arguments import Checks
 from ..base.prefixes import format_quantity
 from ..base.rows import Array
 from ..base.units import unit
+from ..data.dataset import Dataset, Variable, facts_of
+from ..data.exports import Exports
 from ..errors import ArgumentError, ArgumentTypeError, warn
 from ..report import html
 from ..report.document import Table
@@ -34,7 +36,7 @@ _NEUTRAL = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Modes(html.Tabled, records.Saved, kind="modes"):
+class Modes(html.Tabled, records.Saved, Exports, kind="modes"):
     """Small free motions about a state; see `modes`.
 
     Attributes
@@ -95,6 +97,22 @@ class Modes(html.Tabled, records.Saved, kind="modes"):
             )
         head = ["mode", "frequency", "in r/min", "damping", "moves most"]
         return Table("Natural frequencies", head, rows)
+
+    def dataset(self) -> Dataset:
+        """A row for each mode, with the shapes by their real and imaginary parts, and the poses."""
+        variables = {
+            "mode": Variable(("mode",), np.arange(1, len(self) + 1), "-"),
+            "frequency": Variable(("mode",), self.frequencies, "Hz"),
+            "damping": Variable(("mode",), self.damping, "-"),
+            "body": Variable(("body",), np.array(self.bodies)),
+            "decays": Variable(("decay",), self.decays, "1/s"),
+        }
+        for k, (name, symbol) in enumerate((("x", "m"), ("y", "m"), ("angle", "rad"))):
+            variables[f"poses.{name}"] = Variable(("body",), self.poses[:, k], symbol)
+            shape = self.shapes[:, :, k]
+            for part, values in (("real", shape.real), ("imaginary", shape.imag)):
+                variables[f"shapes.{name}.{part}"] = Variable(("mode", "body"), values, symbol)
+        return Dataset("mode", variables, facts_of(self) | {"scene": self.scene.to_json()})
 
     def __repr__(self) -> str:
         return f"<Modes: {len(self)} of {len(self.bodies)} bodies>"

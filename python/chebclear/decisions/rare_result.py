@@ -14,6 +14,8 @@ from ..base import files as records
 from ..base.prefixes import format_quantity
 from ..base.rows import Array, Rows
 from ..base.shown import in_a_sentence
+from ..data.dataset import Dataset, Variable, facts_of
+from ..data.exports import Exports
 from ..notices import Notice, WithNotices
 from ..study.requirements.conformance import Share
 from ..study.requirements.specification import Specification
@@ -115,7 +117,7 @@ class Cause(records.ArrayRecord):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RareShare(WithNotices, records.Saved, kind="rare share"):
+class RareShare(WithNotices, records.Saved, Exports, kind="rare share"):
     """The share of mechanisms outside of specifications where it is too rare to be counted; see `rare_share`.
 
     Attributes
@@ -221,6 +223,14 @@ class RareShare(WithNotices, records.Saved, kind="rare share"):
                 ]
                 text += f"\n  {', '.join(values)}"
         return text
+
+    def dataset(self) -> Dataset:
+        """A row for each mechanism that fails."""
+        units = {one.name: one.unit for one in self.causes}
+        variables = {"mechanism": Variable(("mechanism",), np.arange(len(self.mechanisms)), "-")}
+        for name, values in zip(self.parameter_names, self.mechanisms.T, strict=True):
+            variables[f"parameters.{name}"] = Variable(("mechanism",), values, units.get(name, ""))
+        return Dataset("mechanism", variables, facts_of(self))
 
     def __repr__(self) -> str:
         return f"<RareShare: {self}>"

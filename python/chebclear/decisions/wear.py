@@ -14,6 +14,8 @@ from ..base.arguments import Checks
 from ..base.rows import Array
 from ..base.shown import meant_or_known
 from ..base.units import unit, units
+from ..data.dataset import Dataset, Variable, facts_of
+from ..data.exports import Exports
 from ..errors import ArgumentTypeError
 from ..report import html
 from ..report.document import Table
@@ -102,7 +104,7 @@ class Archard:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class WearLife(html.Tabled, records.Saved, kind="wear life"):
+class WearLife(html.Tabled, records.Saved, Exports, kind="wear life"):
     """How bearings wear over the cycles of a mechanism; see `wear_life`.
 
     Attributes
@@ -159,6 +161,21 @@ class WearLife(html.Tabled, records.Saved, kind="wear life"):
             for row, (least, most) in zip(rows, self.values, strict=True):
                 row.append(f"{least:.4g} to {most:.4g}")
         return Table("Wear", head, rows)
+
+    def dataset(self) -> Dataset:
+        """A row for each run, with the profiles of the bearings by sector."""
+        variables = {
+            "run": Variable(("run",), np.arange(len(self.cycles)), "-"),
+            "cycles": Variable(("run",), self.cycles, "-"),
+            "depth": Variable(("run",), self.depth, "m"),
+        }
+        if self.requirement is not None:
+            output = self.requirement.quantity
+            for name, values in zip(("lowest", "highest"), self.values.T, strict=True):
+                variables[f"{output}.{name}"] = Variable(("run",), values, column_unit(output))
+        for name, values in self.profiles.items():
+            variables[f"profiles.{name}"] = Variable(("run", f"sector of {name}"), values, "m")
+        return Dataset("run", variables, facts_of(self))
 
     def __repr__(self) -> str:
         return f"<WearLife: {self}>"

@@ -13,6 +13,8 @@ from ..base.arguments import Checks
 from ..base.named import Named
 from ..base.prefixes import format_quantity
 from ..base.rows import Array
+from ..data.dataset import Dataset, Variable, facts_of, numbered
+from ..data.exports import Exports
 from ..data.needed import needed
 from ..errors import ArgumentError, warn
 from ..report import html
@@ -38,7 +40,7 @@ _MOST_ROWS = 10
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Spectrum(html.Tabled, records.Saved, kind="spectrum"):
+class Spectrum(html.Tabled, records.Saved, Exports, kind="spectrum"):
     """Averaged spectrum of an output; see `Trajectory.spectrum`.
 
     Attributes
@@ -82,6 +84,16 @@ class Spectrum(html.Tabled, records.Saved, kind="spectrum"):
             line = f"{self.lines[k]:.4g}" if self.angle else format_quantity(float(self.lines[k]), "Hz", 4)
             rows.append([line, format_quantity(float(amplitude[k]), self.unit)])
         return Table(f"Peaks of {self.output}", ["order" if self.angle else "frequency", "amplitude"], rows)
+
+    def dataset(self) -> Dataset:
+        """Power and amplitude over the frequency or the order."""
+        axis, unit = ("order", "-") if self.angle else ("frequency", "Hz")
+        variables = {
+            axis: Variable((axis,), self.lines, unit),
+            "amplitude": Variable((axis,), self.amplitude, self.unit),
+            "power": Variable((axis,), self.power, f"({self.unit})²" if self.unit else ""),
+        }
+        return Dataset(axis, variables, facts_of(self))
 
     def __repr__(self) -> str:
         over = f"the orders of {self.angle}" if self.angle else "the frequency"
@@ -172,7 +184,7 @@ def _at_equal_angles(t: Array, values: Array, angle: Array, crank: str) -> tuple
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Cycles(html.Tabled, records.Saved, kind="load cycles"):
+class Cycles(html.Tabled, records.Saved, Exports, kind="load cycles"):
     """Load cycles of an output, the largest first; see `Trajectory.cycles`.
 
     Attributes
@@ -205,6 +217,13 @@ class Cycles(html.Tabled, records.Saved, kind="load cycles"):
             for size, mean, count in list(zip(self.ranges, self.means, self.counts, strict=True))[:_MOST_ROWS]
         ]
         return Table(f"Largest load cycles of {self.output}", ["range", "mean", "count"], rows)
+
+    def dataset(self) -> Dataset:
+        """A row for each cycle."""
+        columns = {"range": self.ranges.tolist(), "mean": self.means.tolist(), "count": self.counts.tolist()}
+        return numbered(
+            "cycle", columns, {"range": self.unit, "mean": self.unit, "count": "-"}, facts_of(self)
+        )
 
     def __repr__(self) -> str:
         return f"<Cycles of {self.output}: {self}>"

@@ -17,6 +17,8 @@ from ..base.prefixes import format_quantity, format_range
 from ..base.rows import Array
 from ..base.shown import listed, meant_or_known
 from ..base.units import unit as unit_of
+from ..data.dataset import Dataset, Variable, facts_of
+from ..data.exports import Exports
 from ..errors import ArgumentError, UnknownNameError
 from ..execution.batch import GatheredNotices
 from ..execution.failures import FAILED
@@ -93,7 +95,7 @@ class LiftOff(records.ArrayRecord):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Sweep(WithNotices, records.Saved, Named[Array], kind="sweep"):
+class Sweep(WithNotices, records.Saved, Named[Array], Exports, kind="sweep"):
     """Features of every revolution over a parameter; see `Study.sweep`.
 
     A mapping from the names of the features to arrays of shape (points, revolutions), NaN where a run failed.
@@ -179,11 +181,29 @@ class Sweep(WithNotices, records.Saved, Named[Array], kind="sweep"):
         over the revolutions, by names with units, each of shape (points,)."""
         columns = {self.parameter: self.points, "speed [rad/s]": self.speeds}
         for name, every in self.features.items():
-            low, middle, high = np.quantile(every, (0.05, 0.5, 0.95), axis=1)
-            numbers = {"mean": every.mean(axis=1), "scatter": every.std(axis=1, ddof=1)}
-            for word, column in (numbers | {"5 %": low, "50 %": middle, "95 %": high}).items():
+            for word, column in _statistics(every).items():
                 columns[f"{word} of {name} [{self.units[name]}]"] = column
         return columns
+
+    def dataset(self) -> Dataset:
+        """The statistics, a row for each value of the parameter, with the features of all revolutions.
+
+        They are ``FEATURE.mean``, ``.scatter``, ``.lower``, ``.median`` and ``.upper`` (5 and 95 %), and
+        ``FEATURE.revolutions`` over ``point`` and ``revolution``.
+        """
+        point = ("point",)
+        variables = {
+            "point": Variable(point, np.arange(len(self.points)), "-"),
+            f"parameters.{self.parameter}": Variable(point, self.points, self.parameter_unit),
+            "speed": Variable(point, self.speeds, "rad/s"),
+        }
+        words = ("mean", "scatter", "lower", "median", "upper")
+        for name, every in self.features.items():
+            unit = self.units[name]
+            for word, column in zip(words, _statistics(every).values(), strict=True):
+                variables[f"{name}.{word}"] = Variable(point, column, unit)
+            variables[f"{name}.revolutions"] = Variable(("point", "revolution"), every, unit)
+        return Dataset("point", variables, facts_of(self))
 
     @property
     def table(self) -> Table:
@@ -220,6 +240,13 @@ class Sweep(WithNotices, records.Saved, Named[Array], kind="sweep"):
         from ..plots.bifurcations import plot_sweep
 
         return plot_sweep(self, name, ax=ax, **options)
+
+
+def _statistics(every: Array) -> dict[str, Array]:
+    """Mean, scatter and quantiles over the revolutions, each of shape (points,)."""
+    low, middle, high = np.quantile(every, (0.05, 0.5, 0.95), axis=1)
+    numbers = {"mean": every.mean(axis=1), "scatter": every.std(axis=1, ddof=1)}
+    return numbers | {"5 %": low, "50 %": middle, "95 %": high}
 
 
 def _fall(values: Array, sizes: Array, peak: float) -> float | None:

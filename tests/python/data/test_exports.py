@@ -10,6 +10,7 @@ import pytest
 from chebclear.data.dataset import Dataset, Variable
 from chebclear.data.exports import Exports
 from chebclear.data.matlab import matlab_name, structures
+from exported import check_exports
 
 SCENE = cc.mechanisms.slider_crank(
     crank_length=0.05, rod_length=0.12, clearance=2e-5, crank_speed=cc.rpm(2000)
@@ -79,40 +80,9 @@ KINDS = {
 }
 
 
-def in_matlab(read, name):
-    """The value of a name in a file, and its unit."""
-    value, units = read, read["units"]
-    for word in name.split("."):
-        value, units = value[matlab_name(word)], units[matlab_name(word)]
-    return value, units
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_result_has_every_export_with_units(kind, request, tmp_path):
-    one = request.getfixturevalue(kind)
-    axis, name, unit, values = KINDS[kind]
-    values = np.asarray(values(one), dtype=float)
-    assert np.array_equal(np.asarray(one.to_dict()[name], dtype=float), values)
-
-    with one.to_csv(tmp_path / "table").open(newline="", encoding="utf-8") as file:
-        head, *rows = csv.reader(file)
-    column = head.index(f"{name} [{unit}]")
-    assert np.array_equal(np.array([row[column] for row in rows], dtype=float), values)
-
-    pytest.importorskip("pandas")
-    frame = one.to_dataframe()
-    assert np.array_equal(frame[name], values) and frame.attrs["units"][name] == unit
-
-    pytest.importorskip("xarray")
-    data = one.to_xarray()
-    assert data[name].dims == (axis,) and data[name].attrs["units"] == unit
-    assert np.array_equal(data[name], values)
-
-    io = pytest.importorskip("scipy.io")
-    value, written = in_matlab(io.loadmat(one.to_mat(tmp_path / "file"), simplify_cells=True), name)
-    assert np.array_equal(value, values) and written == unit
-
-    assert cc.load_result(one.save(tmp_path / "saved")) == one
+    check_exports(request.getfixturevalue(kind), *KINDS[kind], tmp_path)
 
 
 def test_csv_is_read_back_to_the_last_bit(run, tmp_path):

@@ -12,6 +12,7 @@ import warnings
 import chebclear as cc
 import numpy as np
 import pytest
+from exported import check_exports
 
 T = np.linspace(0.0, 1.0, 33)
 BOX = {"a": cc.Interval("0.9 m", "1.1 m"), "b": cc.normal(2.0, 0.05)}
@@ -329,3 +330,51 @@ def test_an_identification_from_a_file_makes_further_runs(tmp_path):
     alone = cc.load_result(made("identification").save(tmp_path / "alone"))
     with pytest.raises(cc.errors.ArgumentError, match=r"test_records\.model"):
         alone.contains({"a": 1.0, "b": 2.0}, runs=10)
+
+
+# Of each result: the axis of its table, and a column with its unit and values.
+COLUMNS = {
+    "sweep": ("point", "peak.mean", "m/s²", lambda one: one["peak"].mean(axis=1)),
+    "modes": ("mode", "frequency", "Hz", lambda one: one.frequencies),
+    "lost motion": ("angle", "shares.wrist", "m", lambda one: one["wrist"]),
+    "spectrum": ("order", "amplitude", "m/s²", lambda one: one.amplitude),
+    "cycles": ("cycle", "range", "m/s²", lambda one: one.ranges),
+    "wear life": ("run", "depth", "m", lambda one: one.depth),
+    "allocation": ("row", "after", "", lambda one: [one["b"].after]),
+    "contrast": ("row", "confidence", "-", lambda one: [0.95] * 4),
+    "identification": ("point", "parameters.a", "", lambda one: one.points[:, 0]),
+    "measured": ("t", "x", "m", lambda one: one["x"]),
+    "agreement": ("t", "excess", "m", lambda one: one.excess),
+    "conformance": ("row", "upper", "-", lambda one: [each.upper for each in one.values()]),
+    "rare share": ("mechanism", "parameters.b", "", lambda one: one.mechanisms[:, 0]),
+}
+
+
+@pytest.mark.parametrize("name", COLUMNS)
+def test_every_result_has_every_export_with_units(name, tmp_path):
+    if name == "cycles":
+        pytest.importorskip("rainflow")
+    check_exports(made(name), *COLUMNS[name], tmp_path)
+
+
+def test_exports_have_all_that_a_result_holds():
+    pytest.importorskip("xarray")
+    modes, data = made("modes"), made("modes").to_xarray()
+    assert np.array_equal(data["shapes.x.real"] + 1j * data["shapes.x.imaginary"], modes.shapes[:, :, 0])
+    assert list(data["body"].values) == list(modes.bodies) and data["poses.angle"].attrs["units"] == "rad"
+    sweep, data = made("sweep"), made("sweep").to_xarray()
+    assert np.array_equal(data["peak.revolutions"], sweep["peak"])
+    assert np.array_equal(data["peak.median"], np.median(sweep["peak"], axis=1))
+    assert np.array_equal(data["parameters.crank_speed"], sweep.points)
+    life, data = made("wear life"), made("wear life").to_xarray()
+    assert np.array_equal(data["profiles.wrist"], life.profiles["wrist"])
+    assert np.array_equal(data["slider.x.highest"], life.values[:, 1])
+    pairs, data = made("contrast"), made("contrast").to_xarray()
+    assert np.array_equal(data["features.low.second"], pairs.features["low"].second)
+    allocation = made("allocation").to_dict()
+    assert list(allocation["name"]) == ["b"] and list(allocation["cost_after"]) == [5.0]
+
+
+def test_every_result_with_a_file_has_exports():
+    saved = {name for name in MADE if hasattr(made(name), "save")}
+    assert all(hasattr(made(name), "to_csv") for name in saved)

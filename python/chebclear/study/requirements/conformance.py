@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -12,6 +12,8 @@ from ...base import files as records
 from ...base.named import Named
 from ...base.rows import Array
 from ...base.shown import listed
+from ...data.dataset import Dataset, Variable, facts_of, numbered
+from ...data.exports import Exports
 from ...notices import Notice
 from ...report import html
 from ...report.document import Table
@@ -140,7 +142,7 @@ class Share(records.ArrayRecord):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Conformance(records.Saved, Named[Share], kind="conformance"):
+class Conformance(records.Saved, Named[Share], Exports, kind="conformance"):
     """The shares of mechanisms that keep to specifications, by their names, and to all of them.
 
     Attributes
@@ -183,6 +185,17 @@ class Conformance(records.Saved, Named[Share], kind="conformance"):
             rows.append([name, str(one.specification), *shares, str(one.outside), str(one.runs)])
         heads = ["specification", "limits", "share", "at least", "at most", "outside", "runs"]
         return Table("Shares in specification", heads, rows)
+
+    def dataset(self) -> Dataset:
+        """A row for each specification, with the parameters of the mechanisms."""
+        names = ("share", "lower", "upper", "confidence", "runs", "outside", "failed")
+        columns: dict[str, list[Any]] = {"specification": list(self.shares)}
+        columns |= {name: [getattr(one, name) for one in self.shares.values()] for name in names}
+        columns["limits"] = [str(one.specification) for one in self.shares.values()]
+        data = numbered("row", columns, dict.fromkeys(names, "-"), facts_of(self))
+        for name, values in zip(self.parameter_names, self.parameters.T, strict=True):
+            data.variables[f"parameters.{name}"] = Variable(("run",), values)
+        return data
 
     def __repr__(self) -> str:
         return f"<Conformance: {listed(self._names, most=4)}>"
