@@ -227,6 +227,8 @@ def test_problems_of_a_capability_are_named_together():
         cc.distributions.capable("1 mm", "2 mm", 1.0, shift="0.5 mm")
     with refuses("parts"):
         cc.distributions.capable(1.0, 2.0, 0.3, parts=4)
+    with refuses("parts"):
+        cc.distributions.capable(1.0, 2.0, 1.3, parts=10**400)
     for capability in ({"cpk": 1e-320}, {"cpk": 1e300}, {"cp": 1e300}):
         with refuses(*capability):
             cc.distributions.capable(1.0, 2.0, **capability)

@@ -18,6 +18,8 @@ from .sample import check_sample, worst_moments
 
 # Standard deviations beyond which 5 % of a normal distribution are: an end that holds with 95 %.
 _ONE_SIDED = STANDARD.inv_cdf(0.95)
+# Most parts that a Cpk was measured on [-]: of more it is known to 1e-4 of itself.
+_MOST_PARTS = 10**9
 
 
 class NormallyDistributed(Distribution):
@@ -217,7 +219,8 @@ class Capable(NormallyDistributed):
 
 def proved_cpk(cpk: float, parts: int) -> float:
     """The Cpk that one measured on so many parts proves with 95 % confidence [-] `[Bissell1990]`."""
-    return cpk * (1.0 - _ONE_SIDED * math.sqrt(1.0 / (9.0 * parts * cpk**2) + 0.5 / (parts - 1)))
+    # The bound as printed, cpk (1 - z sqrt(1 / (9 n cpk²) + 1 / (2 (n - 1)))), without a square of cpk.
+    return cpk - _ONE_SIDED * math.hypot(math.sqrt(1.0 / parts) / REACH, cpk * math.sqrt(0.5 / (parts - 1)))
 
 
 def normal(mean: float | str, standard_deviation: float | str) -> Normal:
@@ -307,7 +310,7 @@ def capable(
     distance = checks.real("shift", moved[0] if moved else shift, "SI unit" if moved else "-")
     index = None if cpk is None else checks.real("cpk", cpk, "-", above=0.0)
     spread = None if cp is None else checks.real("cp", cp, "-", above=0.0)
-    count = None if parts is None else checks.whole("parts", parts, least=2)
+    count = None if parts is None else checks.whole("parts", parts, least=2, most=_MOST_PARTS)
     if (cpk is None) == (cp is None):
         both = "are both given" if cp is not None else "are both missing"
         checks.add("cpk", f"and cp {both}: give one, cp with the shift in standard deviations")
