@@ -94,7 +94,8 @@ def bibliography() -> str:
     entries = []
     for key, who, told in re.findall(r"^\| (\w+) \| (.*?): (.*) \|$", table, re.MULTILINE):
         # A book is a title alone; that of an article ends with the sentence.
-        _, title, rest = told.split("*", 2) if told.startswith("*") else ("", *told.split(". ", 1))
+        ended = re.split(r"\. |(?<=\?) ", told, maxsplit=1)
+        _, title, rest = told.split("*", 2) if told.startswith("*") else ("", *ended)
         fields = {"author": who.replace(", ", " and "), "title": f"{{{title}}}"}
         fields["howpublished"] = rest.replace("*", "").strip(" .,")
         fields["year"] = year = "".join(re.findall(r"\d{4}$", key))
