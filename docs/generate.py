@@ -115,7 +115,7 @@ GROUPS = {
     "Studies": "Study Interval normal lognormal uniform triangular compare bifurcation "
     "restraint_zones require conformance rare_share contrast lost_motion modes "
     "load_measured identify",
-    "Trade-offs": "tradeoff study_tradeoff allocate",
+    "Trade-offs": "tradeoff study_tradeoff allocate center",
     "Errors and warnings": "ChebclearError ChebclearWarning",
 }
 ROOMS = {

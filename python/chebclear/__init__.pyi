@@ -13,6 +13,7 @@ from .base.quantities import (
     rpm as rpm,
 )
 from .decisions.allocation import allocate as allocate
+from .decisions.centering import center as center
 from .decisions.contrast import contrast as contrast
 from .decisions.identification import identify as identify
 from .decisions.lost_motion import lost_motion as lost_motion

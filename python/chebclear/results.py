@@ -1,6 +1,11 @@
 """Types of the results, which functions and methods return."""
 
 from .decisions.allocation import Allocation as Allocation, Tolerance as Tolerance
+from .decisions.centering import (
+    CenteredShare as CenteredShare,
+    Centering as Centering,
+    Move as Move,
+)
 from .decisions.contrast import (
     Contrast as Contrast,
     Difference as Difference,

@@ -247,7 +247,7 @@ class Search:
         """The model of runs spread evenly over the tolerances."""
         parameters, seed = self.parameters(design), self._fresh_seed()
         sides = _intervals(parameters)
-        count = _model_runs(self.count, len(sides))
+        count = model_runs(self.count, len(sides))
         points = replace(self.runner, parameters=sides).drawn(lambda box: uniform_points(box, count, seed))
         extremes = self._extremes(points)
         if not len(self._scales):
@@ -336,7 +336,7 @@ class Search:
         return np.where(deviations > 0.0, deviations, 1.0)
 
 
-def _model_runs(count: int, sides: int) -> int:
+def model_runs(count: int, sides: int) -> int:
     """Runs of a model, where so many verify a design."""
     return max(3 * sides, int(np.clip(count // 4, *_MODEL_RUNS)))
 
@@ -344,7 +344,7 @@ def _model_runs(count: int, sides: int) -> int:
 def expected_runs(runner: Runner, runs: int) -> int:
     """Runs of a search that ends at its first look: two models, the second around the first's design, and
     those that verify it. Each model and each look more adds its own."""
-    return 2 * _model_runs(runs, len(runner.intervals)) + runs * len(places(runner.parameters, 0, 0))
+    return 2 * model_runs(runs, len(runner.intervals)) + runs * len(places(runner.parameters, 0, 0))
 
 
 def checked_search(
