@@ -113,7 +113,7 @@ GROUPS = {
     "Scene files": "load loads read_linkage",
     "Runs": "simulate Settings Trajectory load_result animate",
     "Studies": "Study Interval normal lognormal uniform triangular compare bifurcation "
-    "restraint_zones require conformance rare_share contrast lost_motion modes "
+    "restraint_zones require conformance rare_share stack_up contrast lost_motion modes "
     "load_measured identify",
     "Trade-offs": "tradeoff study_tradeoff allocate center",
     "Errors and warnings": "ChebclearError ChebclearWarning",

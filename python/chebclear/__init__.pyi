@@ -20,6 +20,7 @@ from .decisions.lost_motion import lost_motion as lost_motion
 from .decisions.measured import load_measured as load_measured
 from .decisions.modes import modes as modes
 from .decisions.rare import rare_share as rare_share
+from .decisions.stack_up import stack_up as stack_up
 from .errors import (
     ChebclearError as ChebclearError,
     ChebclearWarning as ChebclearWarning,

@@ -22,6 +22,11 @@ from .decisions.rare_result import (
     SplittingSystem as SplittingSystem,
     SplittingSystems as SplittingSystems,
 )
+from .decisions.stack_up_result import (
+    Contribution as Contribution,
+    StackUp as StackUp,
+    StackUpValue as StackUpValue,
+)
 from .decisions.wear import WearLife as WearLife
 from .execution.costs import Plan as Plan
 from .execution.failures import FailedRun as FailedRun
