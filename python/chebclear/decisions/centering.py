@@ -37,6 +37,8 @@ from .best_center.search import CenterSearch, Verified, moved_to
 Status = Literal["better", "unproven", "no better"]
 # Least number of pairs [-]: in six that differ one way only, the exact test shows a difference with 95 %.
 _LEAST_PAIRS = 6
+# Move over the standard deviation below which it is not worth a word [-].
+_SLIGHT = 0.01
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -240,7 +242,7 @@ class Centering(WithNotices, html.Reported, records.ArrayRecord, Named[Move]):
         moved = [
             f"{one.name} by {Form.of((one.distance,), one.unit, one.written).text(one.distance)}"
             for one in self.moves.values()
-            if one.distance
+            if abs(one.distance) > _SLIGHT * one.deviation
         ]
         one, fewer = self.share, "leaves none of the fresh runs outside"
         if outside := one.pairs - one.both - one.only_after:
