@@ -7,12 +7,14 @@ from typing import TypeAlias, get_args
 
 from .base.files import kind_of
 from .decisions.allocation import Allocation
+from .decisions.centering import Centering
 from .decisions.contrast import Contrast
 from .decisions.identification import Identification
 from .decisions.lost_motion import LostMotion
 from .decisions.measured import Measured
 from .decisions.modes import Modes
 from .decisions.rare_result import RareShare
+from .decisions.stack_up_result import StackUp
 from .decisions.wear import WearLife
 from .errors import ArgumentError
 from .run.signals import Cycles, Spectrum
@@ -44,6 +46,8 @@ Saved: TypeAlias = (
     | WearLife
     | Allocation
     | Contrast
+    | Centering
+    | StackUp
     | Identification
     | Measured
 )

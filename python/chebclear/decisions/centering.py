@@ -16,6 +16,8 @@ from ..base.named import Named
 from ..base.prefixes import Form
 from ..base.shown import capital, in_a_sentence, listed, meant_or_known
 from ..base.tables import format_table
+from ..data.dataset import Dataset, facts_of, numbered
+from ..data.exports import Exports
 from ..errors import ArgumentError, ArgumentTypeError
 from ..notices import Notice, WithNotices, issue
 from ..report import html
@@ -157,7 +159,7 @@ class CenteredShare(records.ArrayRecord):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Centering(WithNotices, html.Reported, records.ArrayRecord, Named[Move]):
+class Centering(WithNotices, html.Reported, records.Saved, Named[Move], Exports, kind="centering"):
     """Nominal values with which more mechanisms keep to requirements, at the same tolerances; see `center`.
 
     Attributes
@@ -198,6 +200,16 @@ class Centering(WithNotices, html.Reported, records.ArrayRecord, Named[Move]):
     @property
     def _by_name(self) -> Mapping[str, Move]:
         return self.moves
+
+    def dataset(self) -> Dataset:
+        """A row for each nominal value, whose unit is in a column of its own; see `Exports`."""
+        moves = list(self.moves.values())
+        names = ("name", "unit", "before", "after", "deviation", "lower", "upper", "end")
+        data = numbered(
+            "row", {name: [getattr(one, name) for one in moves] for name in names}, {}, facts_of(self)
+        )
+        data.facts["status"] = self.status
+        return data
 
     @property
     def share(self) -> CenteredShare:

@@ -233,7 +233,7 @@ class StackUpValue(records.ArrayRecord, Named[Contribution]):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class StackUp(WithNotices, html.Reported, records.ArrayRecord, Named[StackUpValue], Exports):
+class StackUp(WithNotices, html.Reported, records.Saved, Named[StackUpValue], Exports, kind="stack_up"):
     """Worst case, root sum of squares and Monte Carlo of values of a mechanism; see `stack_up`.
 
     Its exports have a row for each value, with its unit in a column of its own, and columns of slopes,

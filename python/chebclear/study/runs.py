@@ -338,11 +338,18 @@ class Runs(WithNotices, records.Saved, Exports, kind="runs"):
     def _from_contents(cls, arrays: Mapping[str, Any], facts: Mapping[str, Any]) -> Self:
         kinds = get_type_hints(cls)
         known = {name: records.restored(kinds[name], one, arrays) for name, one in facts["record"].items()}
-        stats = Costs(np.asarray(arrays["stats"], dtype=float).reshape(-1, len(STATS)))
-        found = cls(spec=StudySpec.from_facts(facts["spec"]), stats=stats, **known)
-        count, shape = found.parameters.shape[0], (len(found.t), len(found.outputs))
-        shapes = {"parameters": (count, len(found.spec.intervals)), "samples": (count + 1, *shape)}
-        return records.sound(found, **shapes)
+        stats = arrays["stats"]
+        found = cls(spec=StudySpec.from_facts(facts["spec"]), stats=Costs(stats), **known)
+        count = found.parameters.shape[0]
+        if stats.dtype.kind != "f" or stats.shape not in ((count + 1, len(STATS)), (0, len(STATS))):
+            raise ValueError(f"the costs of {count} runs are {stats.dtype} of shape {stats.shape}")
+        return records.sound(
+            found,
+            parameters=(count, len(found.spec.intervals)),
+            t=("t",),
+            samples=(count + 1, "t", len(found.outputs)),
+            feature_values=(count + 1, "cycles", len(found.feature_names)),
+        )
 
 
 def runs_of(

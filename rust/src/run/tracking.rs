@@ -159,19 +159,7 @@ impl Tracking {
             *time = from + place * (to - from);
         }
         times[ROWS - 1] = to;
-        // No gate opens or closes between the ends: one of the nodes tells.
-        let is_open: Vec<bool> = (0..self.plan.gates.len())
-            .map(|gate| {
-                let value = self.gate_value(gate, times[ROWS / 2], motion, state);
-                self.plan.gates[gate].holds(value)
-            })
-            .collect();
-        for (spans, _) in self.open.iter_mut().zip(&is_open).filter(|(_, is_open)| **is_open) {
-            match spans.last_mut() {
-                Some([_, end]) if *end == from => *end = to,
-                _ => spans.push([from, to]),
-            }
-        }
+        let is_open = self.open_gates([from, times[ROWS / 2], to], motion, state);
         let mut values = std::mem::take(&mut self.values);
         values.copy_within((ROWS - 1) * width.., 0);
         let known = usize::from(self.continuous);
@@ -213,6 +201,26 @@ impl Tracking {
         self.values = values;
         self.continuous = true;
         defined
+    }
+
+    /// Which gates are open over a part of a step inside which none opens or closes: an instant within tells.
+    fn open_gates(
+        &mut self,
+        [from, within, to]: [f64; 3],
+        motion: &mut Motion,
+        state: &mut StateAt,
+    ) -> Vec<bool> {
+        let mut is_open = Vec::with_capacity(self.plan.gates.len());
+        for gate in 0..self.plan.gates.len() {
+            let value = self.gate_value(gate, within, motion, state);
+            is_open.push(self.plan.gates[gate].holds(value));
+            match self.open[gate].last_mut() {
+                _ if !is_open[gate] => {}
+                Some([_, end]) if *end == from => *end = to,
+                _ => self.open[gate].push([from, to]),
+            }
+        }
+        is_open
     }
 
     /// The first instant of a part of a step at which a gate opens or closes; its end if none does.

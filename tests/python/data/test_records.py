@@ -20,6 +20,7 @@ LIMITS = {"low": cc.require("x", above=-1.3), "end": cc.require("top", below=2.4
 WEAR = {"wrist": cc.laws.Archard(coefficient=1e-4, hardness=1e9, length=0.02)}
 # Types that are arguments too, which are compared as the numbers they hold.
 ARGUMENTS = {"Lognormal", "Normal", "Triangular", "Uniform", "Parameter", "Template", "Specification"}
+ARGUMENTS |= {"Capable", "Eccentric", "Inspected", "Sampled", "Skewed"}
 
 
 def model(a, b):
@@ -139,6 +140,11 @@ MADE = {
         cc.results.Cause("a", "m", 1.0, 2.0, 0.1, 0.0, 0.5, {"mean": np.nan}, {"mean": 1.0}),
         cc.results.FailedRun(3, {"a": 1.0}, "model", "none there", np.nan, None),
     ),
+    "runs": lambda: study().run(5),
+    "centering": lambda: cc.center(
+        spread(), cc.require("top", below=2.02), move={"b": cc.Interval(1.9, 2.1)}, runs=300
+    ),
+    "stack-up": lambda: cc.stack_up(spread(), cc.require("top", below=2.1)),
     "plan": lambda: study().plan("scan", points=3),
     "band": lambda: study(requirements=LIMITS).band(41),
     "ranking": lambda: effects().ranking(),
@@ -266,7 +272,7 @@ def test_a_saved_result_is_equal_to_its_file(result, tmp_path):
 
 
 SAVED = ["sweep", "modes", "lost motion", "spectrum", "cycles", "wear life", "allocation", "contrast"]
-SAVED += ["identification", "measured"]
+SAVED += ["identification", "measured", "centering", "stack-up", "runs"]
 
 
 @pytest.mark.parametrize("name", SAVED)
@@ -344,6 +350,9 @@ COLUMNS = {
     "contrast": ("row", "confidence", "-", lambda one: [0.95] * 4),
     "identification": ("point", "parameters.a", "", lambda one: one.points[:, 0]),
     "measured": ("t", "x", "m", lambda one: one["x"]),
+    "centering": ("row", "after", "", lambda one: [one["b"].after]),
+    "stack-up": ("row", "monte_carlo.upper", "", lambda one: [one["top below 2.1"].monte_carlo[1]]),
+    "runs": ("run", "features.low", "m", lambda one: one.features["low"].values[:, 0]),
     "agreement": ("t", "excess", "m", lambda one: one.excess),
     "conformance": ("row", "upper", "-", lambda one: [each.upper for each in one.values()]),
     "rare share": ("mechanism", "parameters.b", "", lambda one: one.mechanisms[:, 0]),
