@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -14,6 +15,7 @@ from ..base import files as records
 from ..base.arguments import Checks
 from ..base.named import Named
 from ..base.prefixes import Form
+from ..base.rows import Array
 from ..base.shown import capital, in_a_sentence, listed, meant_or_known
 from ..base.tables import format_table
 from ..data.dataset import Dataset, facts_of, numbered
@@ -35,6 +37,8 @@ from ..study.sources.finished import FinishedRuns
 from ..study.sources.scenes import MOST_RUNS
 from ..study.study import Study
 from .best_center.search import CenterSearch, Verified, moved_to
+from .rare import MOST_INTERVALS, rare_share
+from .rare_result import RareShare
 
 Status = Literal["better", "unproven", "no better"]
 # Least number of pairs [-]: in six that differ one way only, the exact test shows a difference with 95 %.
@@ -168,12 +172,14 @@ class Centering(WithNotices, html.Reported, records.Saved, Named[Move], Exports,
         Those of the parameters that might move.
     status : {"better", "unproven", "no better"}
         ``"better"``: fresh runs show that more mechanisms keep to all requirements. ``"unproven"``: the model
-        finds so, and of the fresh runs that differ most do so too, but too few to show it. ``"no better"``:
-        the model finds no better nominal values, or the fresh runs contradict it.
+        finds so, and the fresh runs do not contradict it, but are too few to show it. ``"no better"``: the
+        model finds no better nominal values, or of the fresh runs that differ no more do so.
     shares : dict[str, CenteredShare]
         Shares of each requirement in fresh runs, and of ``"all"`` together if there are several.
     parameters : dict[str, Interval | Distribution]
         All parameters for `Study`: with the nominal values found; as they were where these are no better.
+    rare : tuple[RareShare, RareShare] | None
+        What `rare_share` says before and after, if it was asked for; intervals that hold together.
     needed : int
         About how many pairs may show what the model finds, if it is right [-]; 0 where it finds no better.
     settled : bool
@@ -191,6 +197,7 @@ class Centering(WithNotices, html.Reported, records.Saved, Named[Move], Exports,
     status: Status
     shares: dict[str, CenteredShare]
     parameters: dict[str, Interval | Distribution]
+    rare: tuple[RareShare, RareShare] | None
     needed: int
     settled: bool
     runs: int
@@ -249,13 +256,15 @@ class Centering(WithNotices, html.Reported, records.Saved, Named[Move], Exports,
         if self.status == "unproven":
             return (
                 "unproven: a model finds better nominal values, the fresh runs are too few to show it; ask "
-                f"for about {self.needed} runs, or for rare_share of both"
+                f"for about {self.needed} runs, or for rare=True"
             )
         moved = [
             f"{one.name} by {Form.of((one.distance,), one.unit, one.written).text(one.distance)}"
             for one in self.moves.values()
             if abs(one.distance) > _SLIGHT * one.deviation
         ]
+        if self.rare is not None:
+            return f"better: moving {in_a_sentence(moved)}, at no cost, leaves fewer outside"
         one, fewer = self.share, "leaves none of the fresh runs outside"
         if outside := one.pairs - one.both - one.only_after:
             before = one.pairs - one.both - one.only_before
@@ -276,14 +285,20 @@ class Centering(WithNotices, html.Reported, records.Saved, Named[Move], Exports,
     def __str__(self) -> str:
         rows = [[str(cell) for cell in row] for row in self.table.rows]
         text = [self._found, format_table(self.table.head, rows), *map(str, self.shares.values())]
-        return "\n".join([*text, *self._doubts()])
+        return "\n".join([*text, *self._rare(), *self._doubts()])
+
+    def _rare(self) -> list[str]:
+        """What splitting says of both, in words."""
+        if self.rare is None:
+            return []
+        return [f"{when}: {one}" for when, one in zip(("before", "after"), self.rare, strict=True)]
 
     def _document(self, title: str | None) -> Document:
         found = f"{capital(self._found)}."
         return Document(
             title=title or "Do other nominal values keep more mechanisms in specification?",
             facts=[f"{self.runs} runs", version_fact()],
-            answer=[found, *(f"{one}." for one in self.shares.values())],
+            answer=[found, *(f"{one}." for one in self.shares.values()), *self._rare()],
             doubts=[
                 *([found] if self.status == "unproven" else []),
                 *(f"{capital(one)}." for one in self._doubts()),
@@ -302,6 +317,7 @@ def center(
     *,
     move: Mapping[str, Interval],
     runs: int = 2000,
+    rare: bool = False,
     confidence: float = 0.95,
     rng: int | Generator | None = 0,
 ) -> Centering:
@@ -324,6 +340,9 @@ def center(
         tools can be changed. They are of parameters with a distribution, which moves with them.
     runs : int
         Pairs of mechanisms that verify what was found [-], besides a quarter as many for each polynomial.
+    rare : bool
+        Whether `rare_share` of both nominal values shows which is better, where too few are outside to be
+        counted; it takes tens of thousands of runs of each.
     confidence : float
         Of the intervals, and of the exact test of McNemar that shows which is better [-].
     rng : int, numpy.random.Generator or None
@@ -354,16 +373,13 @@ def center(
     """
     if not isinstance(study, Study):
         raise ArgumentTypeError(f"study must be a Study, got {study!r:.80}")
-    search = _checked_search(study.runner, specifications, move, runs, confidence, rng)
+    search = _checked_search(study.runner, specifications, move, runs, rare, confidence, rng)
     centers, settled = search.found()
     verified = search.verified(centers)
     shares = _shares(verified, search, search.confidence)
-    last = list(shares.values())[-1]
-    status: Status = "no better"
-    if last.better == "after":
-        status = "better"
-    elif last.better is None and last.only_after > last.only_before:
-        status = "unproven"
+    moves_at_all = not np.array_equal(centers, search.before)
+    both = _rare_shares(study, search, centers) if rare and moves_at_all else None
+    status = _status(list(shares.values())[-1], both) if moves_at_all else "no better"
     notices = tuple(search.notices.values())
     issue(notices)
     moves = {}
@@ -377,12 +393,32 @@ def center(
         status=status,
         shares=shares,
         parameters=search.parameters(search.before if status == "no better" else centers),
+        rare=both,
         needed=search.needed,
         settled=settled,
-        runs=search.made,
+        runs=search.made + sum(one.runs for one in both or ()),
         seed=search.seed,
         notices=notices,
     )
+
+
+def _status(share: CenteredShare, rare: tuple[RareShare, RareShare] | None) -> Status:
+    """What fresh runs say of nominal values that a model finds better."""
+    if rare is not None:
+        before, after = rare
+        return "better" if before.lower > after.upper else "unproven"
+    if share.better == "after":
+        return "better"
+    return "no better" if share.only_before >= max(share.only_after, 1) else "unproven"
+
+
+def _rare_shares(study: Study, search: CenterSearch, centers: Array) -> tuple[RareShare, RareShare]:
+    """The shares outside before and after by splitting; either may be wrong with half of the risk."""
+    level, seed = 0.5 * (1.0 + search.confidence), search.fresh_seed
+    moved = copy(study)
+    moved.runner = replace(study.runner, parameters=search.parameters(centers))
+    before, after = (rare_share(one, search.asked, confidence=level, rng=seed) for one in (study, moved))
+    return before, after
 
 
 def _shares(verified: Verified, search: CenterSearch, confidence: float) -> dict[str, CenteredShare]:
@@ -409,7 +445,13 @@ def _shares(verified: Verified, search: CenterSearch, confidence: float) -> dict
 
 
 def _checked_search(
-    runner: Runner, specifications: object, move: object, runs: int, confidence: float, rng: object
+    runner: Runner,
+    specifications: object,
+    move: object,
+    runs: int,
+    rare: object,
+    confidence: float,
+    rng: int | Generator | None,
 ) -> CenterSearch:
     """The search with the arguments of `center`, checked."""
     checks = Checks()
@@ -434,6 +476,12 @@ def _checked_search(
     count = checks.whole("runs", runs, least=_LEAST_PAIRS, most=MOST_RUNS)
     level = checks.real("confidence", confidence, "-", above=0.0, below=1.0)
     seed = checks.seed("rng", rng)
+    if not isinstance(rare, bool):
+        checks.add("rare", f"must be True or False, got {rare!r}", wrong_type=True)
+    elif rare:
+        sides = len(runner.parameters) - len(runner.random)
+        if sides > MOST_INTERVALS:
+            checks.add("rare", f"takes at most {MOST_INTERVALS} parameters that are intervals, got {sides}")
     check_drawn(checks, runner.parameters)
     if runner.execution.max_seconds is not None:
         checks.add("max_seconds", "of the study would end runs of which all are needed: leave it out")

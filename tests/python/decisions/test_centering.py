@@ -188,6 +188,23 @@ def test_what_few_runs_cannot_show_is_unproven():
     assert again.status == "better"
 
 
+def test_rare_shares_show_what_counting_cannot():
+    """Limits -3.7 and 5.5: from 1.078e-4 outside to 2 Phi(-4.6) = 4.22e-6, of which 300 runs see nothing."""
+    limits = cc.require("y", above=-3.7, below=5.5)
+    blind = cc.center(unit(), limits, move={"x": WIDE}, runs=300)
+    assert blind.status == "unproven" and blind.share.only_after == 0 and blind.rare is None
+    found = cc.center(unit(), limits, move={"x": WIDE}, runs=300, rare=True)
+    assert found.status == "better" and found["x"].after == pytest.approx(0.9, abs=0.02)
+    before, after = found.rare
+    assert before.lower < PHI(-3.7) + PHI(-5.5) < before.upper
+    assert after.lower < 2.0 * PHI(-4.6) < after.upper < before.lower
+    assert found.parameters["x"].mean == found["x"].after
+    assert "before: y" in str(found) and "of a million outside" in str(found)
+    assert found.runs > before.runs + after.runs > 20_000
+    with refuses("rare"):
+        cc.center(unit(), limits, move={"x": WIDE}, rare="yes")
+
+
 def test_mcnemar_is_exact():
     share = cc.results.CenteredShare("a", cc.require("y", above=0.0), 100, 0, 6, 90, 4, 0.95)
     assert share.p_value == pytest.approx(2.0 * 0.5**6) and share.better == "after"

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...base.rows import Array
 from ...scene.distributions import Distribution
@@ -24,10 +25,12 @@ _FOLLOWED = 1.3
 _LEAST_SLOPE = 0.3
 # Errors of a polynomial over the deviation of the values that are those of rounding [-].
 _ROUNDING = 1e-9
+# Coefficient over the deviation of the values below which a term is left out [-].
+_LEAST_TERM = 1e-6
 # Step of a difference in standard deviations, for slopes of the share.
 _STEP = 0.02
-# Steps of a search, and the length of the last one in standard deviations.
-_MOST_STEPS, _LAST = 60, 1e-4
+# Steps of a search, and the length of the last one in standard deviations or what it gains.
+_MOST_STEPS, _LAST, _GAINED = 60, 1e-4, 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,11 +58,6 @@ class CenterModel:
     @cached_property
     def _tables(self) -> dict[str, Array]:
         return {name: one.at(_TABLE) for name, one in self.random.items()}
-
-    @cached_property
-    def deviations(self) -> Array:
-        """Half of what lies between the values of the scores -1 and 1, shape (random parameters,)."""
-        return np.array([float(np.ptp(one.at(np.array([-1.0, 1.0])))) / 2.0 for one in self.random.values()])
 
     @cached_property
     def _rest(self) -> Array:
@@ -97,11 +95,16 @@ class CenterModel:
 
     def _excess(self, moved: Mapping[str, Distribution], scores: Array) -> Array:
         """What mechanisms exceed each limit by at the worst place, without scatter."""
-        found = [
-            legendre_terms(self._values(moved, scores, place), self.fitted.powers) @ self.fitted.terms
-            for place in self.places
-        ]
+        powers, terms = self._terms
+        found = [legendre_terms(self._values(moved, scores, place), powers) @ terms for place in self.places]
         return np.asarray(np.max(found, axis=0))
+
+    @cached_property
+    def _terms(self) -> tuple[NDArray[np.int64], Array]:
+        """Powers and coefficients of the terms that matter: of a smooth response a small part."""
+        kept = np.any(np.abs(self.fitted.terms) > _LEAST_TERM * self.fitted.deviations, axis=1)
+        kept[0] = True
+        return self.fitted.powers[kept], self.fitted.terms[kept]
 
     @cached_property
     def _directions(self) -> Array:
@@ -158,26 +161,23 @@ class CenterModel:
 def _measure(above: Array) -> Array:
     """Probability on each line that a value is above 0, from its values at the nodes, shape (lines,)."""
     first, last = above[:, :-1], above[:, 1:]
-    begin, end = np.broadcast_arrays(_NODES[:-1], _NODES[1:])
-    begin, end = (np.broadcast_to(one, first.shape).copy() for one in (begin, end))
-    crosses = (first >= 0.0) != (last >= 0.0)
-    part = first[crosses] / (first[crosses] - last[crosses])
-    crossing = begin[crosses] + part * (end[crosses] - begin[crosses])
-    rises = last[crosses] >= 0.0
-    begin[crosses], end[crosses] = (
-        np.where(rises, crossing, begin[crosses]),
-        np.where(rises, end[crosses], crossing),
-    )
-    counts = crosses | (first >= 0.0)
-    found = np.zeros(first.shape)
-    found[counts] = np.abs(_tail(begin[counts]) - _tail(end[counts]))
-    ends = _tail(_NODES[:1])[0]
-    return np.asarray(found.sum(axis=1) + ends * ((above[:, 0] >= 0.0) + 1.0 * (above[:, -1] >= 0.0)))
+    inside = (first >= 0.0) & (last >= 0.0)
+    rows, pieces = np.nonzero((first >= 0.0) != (last >= 0.0))
+    start, end = first[rows, pieces], last[rows, pieces]
+    crossing = _NODES[pieces] + start / (start - end) * (_NODES[pieces + 1] - _NODES[pieces])
+    other = np.where(end >= 0.0, _TAILS[pieces + 1], _TAILS[pieces])
+    parts = np.bincount(rows, np.abs(_tails(crossing) - other), minlength=len(above))
+    # Both ends go on for ever.
+    ends = (above[:, [0, -1]] >= 0.0) @ _TAILS[[0, -1]]
+    return np.asarray(inside @ np.abs(np.diff(_TAILS)) + parts + ends)
 
 
-def _tail(scores: Array) -> Array:
-    """Probability beyond a score, to its own side: no node but 0 lies between two of one piece."""
+def _tails(scores: Array) -> Array:
+    """Probability beyond each score, to its own side: 0 is a node, so that no piece has both sides."""
     return np.array([0.5 * math.erfc(abs(one) / math.sqrt(2.0)) for one in scores.tolist()])
+
+
+_TAILS = _tails(_NODES)
 
 
 def least(value: Callable[[Array], float], low: Array, high: Array, radius: float) -> Array:
@@ -201,8 +201,10 @@ def least(value: Callable[[Array], float], low: Array, high: Array, radius: floa
             length *= 0.3
             other = within(place - length * slope)
         change = other - place
-        if then >= now or np.linalg.norm(change) <= _LAST:
+        if then >= now:
             break
+        if np.linalg.norm(change) <= _LAST or now - then <= _GAINED:
+            return other
         new = slopes(other)
         bend = float(change @ (new - slope))
         # The step that a parabola through both slopes asks for (Barzilai and Borwein 1988).

@@ -213,7 +213,7 @@ class CenterSearch:
 
     def verified(self, centers: Array) -> Verified:
         """Which fresh runs are outside, of the same mechanisms with both nominal values."""
-        seed = self._seed(b"fresh", 0)
+        seed = self.fresh_seed
         scores = {
             name: default_rng([seed, self._order.index(name)]).standard_normal(self.count)
             for name in self.runner.random
@@ -234,6 +234,11 @@ class CenterSearch:
             for own, watched, values in zip(found, self.watched.values(), extremes, strict=True):
                 own |= watched.is_outside(values)
         return found
+
+    @property
+    def fresh_seed(self) -> int:
+        """Seed of the runs that verify: no others have it."""
+        return self._seed(b"fresh", 0)
 
     def _seed(self, what: bytes, number: int) -> int:
         return int(default_rng([self.seed, number, *what]).integers(2**63))
