@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..base.writing import complete_folder
 from ..report import html
+from ..study.nominal import at_other_tolerances
 from ..study.report.document import study_document
 from ..study.report.extent import extent
 from ..study.report.summary import findings, suggestions
@@ -65,7 +66,8 @@ def finish(
             write_table(table, folder, "verdicts", () if result.spec is None else result.spec.written)
             texts = [str(result), *([] if fit is None else [str(fit)]), *rankings]
             (folder / "result.txt").write_text("\n\n".join(texts) + "\n", encoding="utf-8")
-            document = study_document(result, title)
+            checked = at_other_tolerances(result) if getattr(options, "check", False) else ()
+            document = study_document(result, title, checked)
             if fit is not None:
                 write_table(fit.rows, folder, "measured")
                 document = dataclasses.replace(document, sections=[fit.section, *document.sections])

@@ -83,8 +83,6 @@ class Reported(ABC):
     def report(self, path: str | os.PathLike[str], *, title: str | None = None) -> Path:
         """Write a report: one HTML file that needs no network.
 
-        That of a study simulates the nominal run once more, for the moving drawing.
-
         Parameters
         ----------
         path : path

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import os
 from collections.abc import Mapping, Sequence, ValuesView
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import Any, Self, get_type_hints, overload
 
 import numpy as np
@@ -37,6 +39,7 @@ from .band.requirement import LEAST_RUNS, Requirement, statement
 from .band.worst import WorstCase
 from .features.features import NO_FEATURES, FeatureResult, FeatureTable
 from .features.ranking import Ranking
+from .nominal import at_other_tolerances, frames_of
 from .polynomials.surrogate import BoundKind
 from .report.answer import main_numbers
 from .report.document import study_document
@@ -51,7 +54,16 @@ _OF_RUNS = ("stats", "notices", "settings", "scene", "nominal_parameters", "fail
 # Fields that are those of the grid.
 _OF_GRID = ("kind", "degrees", "nodes", "bounds", "seed")
 # Fields that a file has as they are; bands are made again of the runs.
-_SAVED = (*_OF_RUNS[1:], *_OF_GRID, "requirement", "features", "worst_cases", "units", "conformance")
+_SAVED = (
+    *_OF_RUNS[1:],
+    *_OF_GRID,
+    "requirement",
+    "features",
+    "worst_cases",
+    "units",
+    "conformance",
+    "nominal_poses",
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -106,6 +118,9 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
         What was asked of the study; None in files of earlier versions.
     conformance : Conformance | None
         Shares in specification, if the study has requirements.
+    nominal_poses : Array | None
+        Origins [m] and angles [rad] of the bodies in the nominal run, at as many of the instants as a drawing
+        that moves has frames, shape (frames, bodies, 3); None without scenes or outputs.
     """
 
     kind: str
@@ -129,6 +144,7 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
     seed: int | None = None
     spec: StudySpec | None = field(default=None, compare=False)  # the same may be asked in other words
     conformance: Conformance | None = None
+    nominal_poses: Array | None = field(default=None, compare=False)  # the same runs have the same
 
     def __str__(self) -> str:
         return summary(self)
@@ -404,6 +420,31 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
             )
         return Dataset("t", variables, facts)
 
+    def report(self, path: str | os.PathLike[str], *, title: str | None = None, check: bool = False) -> Path:
+        """Write a report: one HTML file that needs no network.
+
+        Parameters
+        ----------
+        path : path
+            The file; ``.html`` is appended if there is no suffix. An existing file is replaced.
+        title : str, optional
+            The heading: the question in words.
+        check : bool
+            Simulate the nominal mechanism at the tolerance of the study, a looser and a tighter one, and say
+            what these give. Without it no run is made.
+
+        Returns
+        -------
+        Path
+            The file written.
+
+        Raises
+        ------
+        ValueError
+            If the path has another suffix, or `check` is asked for of a study without scenes or outputs.
+        """
+        return html.write(study_document(self, title, at_other_tolerances(self) if check else ()), path)
+
     def _document(self, title: str | None) -> Document:
         return study_document(self, title)
 
@@ -437,7 +478,10 @@ class StudyResult(WithNotices, html.Reported, records.Saved, Exports, Named[Band
         found = cls.from_runs(runs, intervals, known.pop("requirement") or grid, **known)
         if not found.bands and not found.features:
             raise ValueError("it has neither outputs nor features")
-        return records.sound(found)
+        shapes = {}
+        if found.scene is not None and found.nominal_poses is not None:
+            shapes["nominal_poses"] = (frames_of(found.t), len(found.scene.bodies), 3)
+        return records.sound(found, **shapes)
 
 
 def checked_results(checks: Checks, include: object) -> list[StudyResult]:

@@ -27,6 +27,7 @@ from .answers import simulated_extremes
 from .band.worst import WorstCase
 from .conforming import answered, extended, runs_for_shares
 from .function import StudyFunction, function_of
+from .nominal import nominal_poses
 from .polynomials.surrogate import BoundKind
 from .requirements.specification import Specification
 from .results import StudyResult
@@ -424,7 +425,7 @@ class Study:
     def _issued(self, result: StudyResult) -> StudyResult:
         """The result of this study, after issuing its notices."""
         issue(result.notices)
-        return replace(result, study=self, spec=self._spec)
+        return replace(result, study=self, spec=self._spec, nominal_poses=nominal_poses(result))
 
     def plan(self, method: str = "band", *, probes: int | None = None, **arguments: Any) -> Plan:
         """Estimate the cost of a method of this study from a few of its runs.

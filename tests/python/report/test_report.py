@@ -129,7 +129,7 @@ def test_a_report_is_one_file_without_network_and_other_scripts(reports, kind):
     check(path.read_text(encoding="utf-8"))
 
 
-def test_the_report_of_a_study_says_what_other_settings_would_give(reports, result):
+def test_the_report_of_a_study_says_what_other_settings_would_give(reports, result, tmp_path):
     """Half the runs are those of a study of half as many; the errors are those of the run."""
     page = Page(reports["study"].read_text(encoding="utf-8"))
     assert "What a tighter or a cheaper setting would give" in page.text
@@ -142,6 +142,7 @@ def test_the_report_of_a_study_says_what_other_settings_would_give(reports, resu
         assert float(row[1]) == pytest.approx(100.0 * inside, abs=0.02)
     run = cc.simulate(result.scene, settings=result.settings, error="estimate")
     share = 100.0 * run.error["slider.x"].claim / result["slider.x"].max_width
+    page = Page(result.report(tmp_path / "checked", check=True).read_text(encoding="utf-8"))
     assert f"rtol {result.settings.rtol:g} (this study) {run.stats.stages} {share:.2g} %" in page.text
     assert (
         f"rtol {10 * result.settings.rtol:g} " in page.text

@@ -9,6 +9,7 @@ from ...errors import ArgumentError
 from ...loading import load_result
 from ...report.html import Reported
 from ...run.trajectory import Trajectory
+from ...study.results import StudyResult
 from ..options import DIRECTORY, Command, Kind, Option, file
 from ..output import require_writable, tell
 
@@ -23,7 +24,10 @@ def report(options: argparse.Namespace) -> None:
     if not isinstance(result, Trajectory | Reported):
         what = f"a {type(result).__name__}, which has no report: see it in Python with load_result(...)"
         raise ArgumentError(f"{options.result} holds {what}")
-    written = result.report(path, title=options.title)
+    if options.check and not isinstance(result, StudyResult):
+        options.usage_error("argument --check: is for results of studies, which have runs at one tolerance")
+    further = {"check": True} if options.check else {}
+    written = result.report(path, title=options.title, **further)
     tell(options, {"file": str(written)}, f"wrote    {written}")
 
 
@@ -38,6 +42,12 @@ COMMANDS = {
             Option("--to", Kind("FILE", Path), "where to (default: RESULT with .html)"),
             Option("--out", DIRECTORY, "directory for it without --to (default: that of RESULT)"),
             Option("--title", Kind("TEXT"), "the heading: the question in words"),
+            Option(
+                "--check",
+                None,
+                "simulate the nominal mechanism at other tolerances of the integrator, and say what these "
+                "give; without it no run is made",
+            ),
         ],
     )
 }

@@ -155,7 +155,12 @@ COMMANDS = {
                 "bands by crank angle, over so many revolutions of every run, of kind band",
             ),
             Option("--discard", COUNT, "revolutions before those of --revolutions (default: 1)"),
-            Option("--check", None, "simulate the worst cases that the polynomials predict, and print both"),
+            Option(
+                "--check",
+                None,
+                "simulate the worst cases that the polynomials predict, and print both; for the report, the "
+                "nominal mechanism at other tolerances of the integrator",
+            ),
             Option(
                 "--require",
                 list(DEMANDS),

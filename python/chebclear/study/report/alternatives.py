@@ -1,20 +1,16 @@
-"""What a tighter or a cheaper setting would give, measured on the runs of a study and on its nominal run."""
+"""What a tighter or a cheaper setting would give, measured on the runs of a study; none is made."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
-import warnings
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...base.prefixes import format_quantity
 from ...base.rows import Array
-from ...errors import ChebclearError, ChebclearWarning
 from ...report.document import Block, Cell, Table, Text
-from ...run.simulation import simulate
 from ..band.band import Band
 from ..band.margin import percent
 from ..band.requirement import mean_share
@@ -26,15 +22,11 @@ if TYPE_CHECKING:
 
 # A band of so few runs is judged by too few others [-].
 _LEAST_HALF = 8
-# The nominal run is simulated again with its companions, as long as that takes no more time than this [s], or
-# than this part of the time of the study [-]. All of it is some 27 runs at the tolerance of the study.
-_PATIENCE, _PART, _COST_OF_AN_ESTIMATE = 5.0, 0.25, 27.0
 
 
 def alternatives(result: StudyResult) -> list[Block]:
-    """Tables and sentences on fewer and more runs, and on looser and tighter tolerances; empty where nothing
-    was measured."""
-    return [*_fewer_runs(result), *_fewer_values(result), *_lower_degree(result), *_tolerances(result)]
+    """Tables and sentences on fewer and more runs; empty where these runs do not tell."""
+    return [*_fewer_runs(result), *_fewer_values(result), *_lower_degree(result)]
 
 
 def _fewer_runs(result: StudyResult) -> list[Block]:
@@ -158,55 +150,3 @@ def _lower_degree(result: StudyResult) -> list[Block]:
     )
     less, own = f"degree {_by(degrees)}", f"degree {_by(result.degrees)}"
     return [_table(caption, less, own, "error of the study", rows), Text(text)]
-
-
-def _tolerances(result: StudyResult) -> list[Block]:
-    """Work and estimated error of the nominal run at three tolerances, that of the study in the middle."""
-    settings = result.settings
-    if settings is None or result.scene is None or not result.bands:
-        return []
-    a_run = result.seconds / (len(result.parameters) + 1)
-    if not a_run * _COST_OF_AN_ESTIMATE <= max(_PATIENCE, _PART * result.seconds):
-        return [
-            Text(
-                "What another tolerance would give was not measured here, since it takes too long: "
-                'simulate(..., error="estimate") estimates it for the nominal run.'
-            )
-        ]
-    names = list(result.bands)
-    rows: list[list[Cell]] = []
-    for factor in (10.0, 1.0, 0.1):
-        wanted = dataclasses.replace(settings, rtol=factor * settings.run_rtol, outputs=tuple(names))
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", ChebclearWarning)
-                run = simulate(result.scene, settings=wanted, error="estimate")
-        except ChebclearError:  # a tolerance that the integrators do not take, or a run that gives up
-            continue
-        marked = f"rtol {wanted.rtol:g}" + (" (this study)" if factor == 1.0 else "")
-        assert run.error is not None, "it was asked for"
-        errors = [_error(run.error[name], result.bands[name]) for name in names]
-        rows.append([marked, f"{run.stats.stages:d}", *errors])
-    if not rows:
-        return []
-    caption = "The nominal run at other tolerances: largest estimated error, over the width of the band"
-    blocks: list[Block] = [Table(caption, ["tolerance", "stages of the integrator", *names], rows)]
-    blocks.append(
-        Text(
-            "The cost is proportional to the number of stages. An error that is small beside the width of "
-            "its band does not change the band: a looser tolerance is cheaper then. Where two runs diverge, "
-            "no tolerance makes a single run right; only the band holds."
-        )
-    )
-    return blocks
-
-
-def _error(error: Any, band: Band) -> str:
-    """An estimated error as a share of the band, with the instant where runs part."""
-    width = float(band.max_width)
-    if not (math.isfinite(error.claim) and width > 0.0):
-        return "not known"
-    share = f"{100.0 * error.claim / width:.2g} %"
-    if not error.diverged:
-        return share
-    return f"{share} until {format_quantity(error.horizon, 's', 3)}, where runs diverge"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -51,15 +52,15 @@ MEANINGS: dict[Flag, str] = {
 }
 
 
-def study_document(result: StudyResult, title: str | None) -> Document:
-    """The report of a study; see `StudyResult.report`."""
+def study_document(result: StudyResult, title: str | None, checked: Sequence[Block] = ()) -> Document:
+    """The report of a study, with what was `checked` at other tolerances; see `StudyResult.report`."""
     conformance = result.conformance
     bands = result.bands
     names = [*bands, *result.features.names]
     counted = f"{len(result.parameters)} runs and the nominal one"
     time = [f"{format_quantity(result.seconds, 's', 2)} of runs"] if math.isfinite(result.seconds) else []
     subject = "The parameters and their intervals" if result.scene is None else "The tolerances"
-    more = alternatives(result)
+    more = [*alternatives(result), *(checked or _unchecked(result))]
     outputs: list[Block] = [*main_numbers(result, _MOST_LINES)]
     outputs += [
         dataclasses.replace(band_picture(band), caption=widest_of(result, band)) for band in bands.values()
@@ -83,6 +84,18 @@ def study_document(result: StudyResult, title: str | None) -> Document:
             *_again(result),
         ],
     )
+
+
+def _unchecked(result: StudyResult) -> list[Block]:
+    """How to ask what another tolerance of the integrator would give."""
+    if result.settings is None or result.scene is None or not result.bands:
+        return []
+    return [
+        Text(
+            "What another tolerance of the integrator would give takes further runs of the nominal "
+            "mechanism: chebclear report FILE --check, or report(path, check=True) in Python, makes them."
+        )
+    ]
 
 
 def _moving(result: StudyResult) -> list[Block]:

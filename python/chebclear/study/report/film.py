@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
-import warnings
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...base.rows import Array
-from ...errors import ChebclearError, ChebclearWarning
 from ...plots.animation.film import MOST_FRAMES, evenly, instants, mechanism_panel, mechanism_words, time_axis
 from ...plots.animation.motion import moving_mechanism
 from ...plots.bands import THIN
-from ...plots.drawing.pose import pose_columns, simulated_poses
 from ...report.film import Film, Panel, chart
-from ...run.settings import Settings
-from ...run.simulation import simulate
 from ...scene.scene import Scene
 from ..band.band import Band
 
@@ -29,7 +23,7 @@ _MOST_CHARTS = 12
 
 
 def study_film(result: StudyResult) -> Film:
-    """The bands of a study; with its nominal mechanism, which is simulated again, if it is one of a scene."""
+    """The bands of a study; with its nominal mechanism if it is one of a scene."""
     bands = list(result.bands.values())
     x, label = _abscissa(bands[0])
     frames = evenly(len(x), MOST_FRAMES)
@@ -44,7 +38,7 @@ def study_film(result: StudyResult) -> Film:
         chart(band.name, band.unit, x, band.nominal, (band.lower, band.upper), THIN, band.written)
         for band in bands[:_MOST_CHARTS]
     ]
-    panels = [] if scene is None or result.settings is None else [_nominal(scene, result.settings, t)]
+    panels = [] if scene is None else [_nominal(scene, result.nominal_poses)]
     return Film("The mechanism and its outputs", label, x[frames], places, panels, charts)
 
 
@@ -56,17 +50,10 @@ def _abscissa(band: Band) -> tuple[Array, str]:
     return sense * np.degrees(band.angle), "crank angle [°]" if sense > 0.0 else "crank angle, clockwise [°]"
 
 
-def _nominal(scene: Scene, settings: Settings, t: Array) -> Panel:
-    """The nominal mechanism at some instants; as assembled where it cannot be simulated again."""
+def _nominal(scene: Scene, poses: Array | None) -> Panel:
+    """The nominal mechanism at the frames; as assembled where its motion is not known."""
     words = mechanism_words(scene)
-    wanted = dataclasses.replace(settings, outputs=pose_columns(scene), features=())
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ChebclearWarning)
-            run = simulate(scene, settings=wanted)
-    except ChebclearError as error:
-        poses = np.array([scene.check().poses])
-        return mechanism_panel(moving_mechanism(scene, poses), f"{words}, as assembled: {error}")
-    poses = simulated_poses(run)
-    nearest = np.abs(run.t[:, None] - t).argmin(axis=0)
-    return mechanism_panel(moving_mechanism(scene, poses[nearest]), f"{words}, all at nominal values")
+    if poses is None:
+        assembled = np.array([scene.check().poses])
+        return mechanism_panel(moving_mechanism(scene, assembled), f"{words}, as assembled")
+    return mechanism_panel(moving_mechanism(scene, poses), f"{words}, all at nominal values")
