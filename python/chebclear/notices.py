@@ -112,6 +112,33 @@ class Notice(ArrayRecord):
         return tuple(found)
 
 
+# What is about how the runs were made, or about what lasts long: no answer changes by it.
+_ASIDE = frozenset({"stability", "repeated", "store", "creep"})
+# What counts however few runs it is about.
+_ALWAYS = frozenset({"failed", "stopped", "deep_penetration", "rare_failures"})
+# Fewer than this part of the runs change no answer about all of them [-].
+_FEW_RUNS = 0.01
+# Forces whose error is less, relative to the largest energy, are shown with the same three digits [-].
+_SMALL_ERROR = 0.005
+
+
+def changes_answer(notice: Notice) -> bool:
+    """Whether a notice may change an answer, so that it is shown beside it; else it stands in the details."""
+    if notice.code in _ALWAYS:
+        return True
+    if notice.code in _ASIDE:
+        return False
+    if notice.code == "energy_balance" and notice.numbers.get("share", 1.0) < _SMALL_ERROR:
+        return False
+    runs, of_runs = (notice.numbers.get(name, 1.0) for name in ("runs", "of_runs"))
+    return runs >= _FEW_RUNS * of_runs
+
+
+def shown_first(notices: Iterable[Notice]) -> list[str]:
+    """The texts of the notices that may change an answer, each once."""
+    return list(dict.fromkeys(one.text for one in notices if changes_answer(one)))
+
+
 def as_plain(notices: Iterable[Notice]) -> list[list[Any]]:
     """Notices as JSON values."""
     return [[one.code, one.text, list(one.about), dict(one.numbers), one.place] for one in notices]

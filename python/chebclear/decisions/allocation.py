@@ -20,11 +20,12 @@ from ..data.exports import Exports
 from ..errors import ArgumentTypeError
 from ..notices import Notice, WithNotices, issue
 from ..report import html
-from ..report.document import Document, Picture, Section, Table
-from ..run.report import version_fact, warnings_section
+from ..report.document import Document, Picture, Section, Sentence, Table, Verdict
+from ..run.report import notice_doubts, notices_section, version_fact
 from ..scene.distributions import Distribution
 from ..scene.scene import Interval
-from ..study.requirements.conformance import Conformance
+from ..study.requirements.conformance import Conformance, in_percent
+from ..study.requirements.document import requirements
 from ..study.requirements.specification import Specification
 from ..study.study import Study
 from .least_cost.search import checked_search
@@ -108,6 +109,8 @@ class Allocation(WithNotices, html.Reported, records.Saved, Named[Tolerance], Ex
         Seed of the draws: ``rng=seed`` repeats them.
     notices : tuple[Notice, ...]
         Warnings of the runs, each kind once.
+    mechanism : str
+        What the study is of, as its report names it; empty if that has no name.
     """
 
     tolerances: dict[str, Tolerance]
@@ -122,6 +125,7 @@ class Allocation(WithNotices, html.Reported, records.Saved, Named[Tolerance], Ex
     runs: int
     seed: int
     notices: tuple[Notice, ...] = ()
+    mechanism: str = ""
 
     @property
     def _by_name(self) -> dict[str, Tolerance]:
@@ -170,8 +174,14 @@ class Allocation(WithNotices, html.Reported, records.Saved, Named[Tolerance], Ex
     def _found(self) -> str:
         """What was found, in words."""
         if self.decides:
-            return f"no tolerance helps: {self.decides} decides, and has no cost"
-        return _WORDS[self.status]
+            return f"no cheaper tolerances found: {self.decides} decides, and has no cost"
+        return _WORDS[self.status] if self.is_found or self.status not in _PROVEN else _AS_BEFORE
+
+    @property
+    def is_found(self) -> bool:
+        """Whether other tolerances than those of the study were found, and proven."""
+        changed = any(not math.isclose(one.before, one.after) for one in self.tolerances.values())
+        return changed and self.status in _PROVEN
 
     def _savings(self) -> list[str]:
         """By how much wider limits save a hundredth of the cost."""
@@ -183,29 +193,7 @@ class Allocation(WithNotices, html.Reported, records.Saved, Named[Tolerance], Ex
         return [f"{name}: limits wider by {one} save 1 % of the cost" for name, one in wider.items()]
 
     def _document(self, title: str | None) -> Document:
-        found, changed = capital(self._found), self.cost != self.cost_before
-        picture = Picture("By how much each tolerance was closed or opened.", self.plot)
-        spread = [
-            Picture(f"How the mechanisms are spread about the limits of {name}.", one.plot)
-            for name, one in self.verified.items()
-            if name != "all" or len(self.verified) == 1
-        ]
-        return Document(
-            title=title or "Which tolerances cost least and keep the requirements?",
-            facts=[f"{self.runs} runs", version_fact()],
-            answer=[
-                f"{found}.",
-                *([f"They cost {self.cost:.4g} instead of {self.cost_before:.4g}."] if changed else []),
-                *(f"{one}." for one in self._savings()),
-            ],
-            doubts=[] if self.status in ("met", "always") else [f"{found}."],
-            first=[self.table, self.verified.table],
-            sections=[
-                Section("How the tolerances change", [picture]),
-                *([Section("In specification or not", spread)] if spread else []),
-                *warnings_section(self.warnings),
-            ],
-        )
+        return allocation_document(self, title)
 
     def _repr_html_(self) -> str:
         return html.fragment(self._found, [self.table, self.verified.table])
@@ -217,13 +205,52 @@ class Allocation(WithNotices, html.Reported, records.Saved, Named[Tolerance], Ex
         return plot_allocation(self, ax=ax)
 
 
+_PROVEN: tuple[Status, ...] = ("met", "always")
 _WORDS: dict[Status, str] = {
     "met": "the cheapest tolerances found; fresh runs prove that they keep the requirements",
     "always": "the widest tolerances; fresh runs prove that they keep the requirements",
-    "unproven": "the cheapest tolerances by the model; the runs do not prove them: ask for more runs",
-    "scatter": "no tolerance helps: scatter that no parameter explains breaks the requirements",
-    "others": "no tolerance helps: the nominal values break the requirements",
+    "unproven": "no tolerances are proven to keep the requirements; the model's may: ask for more runs",
+    "scatter": "no cheaper tolerances found: scatter that no parameter explains breaks the requirements",
+    "others": "no cheaper tolerances found: the nominal values break the requirements",
 }
+_AS_BEFORE = "no cheaper tolerances found: those of the study stay, and fresh runs prove them"
+
+
+def allocation_document(found: Allocation, title: str | None) -> Document:
+    """The report of tolerances: those that were found, or why there are none."""
+    *_, every = found.verified.values()
+    answer: list[Sentence] = [
+        Verdict(f"{capital(found._found)}.", "good" if found.status in _PROVEN else "bad"),
+        f"Of {every.runs:,} fresh mechanisms {in_percent(every.share)} keep to all requirements, between "
+        f"{in_percent(every.lower)} and {in_percent(every.upper)} with {100.0 * every.confidence:.4g} % "
+        f"confidence; {in_percent(found.share)} were asked for.",
+    ]
+    if found.is_found:
+        answer.append(f"They cost {found.cost:.4g} instead of {found.cost_before:.4g}.")
+    answer += [f"{capital(one)}." for one in found._savings()] if found.status in _PROVEN else []
+    # Where nothing was found, tolerances that stay as they are say nothing.
+    is_shown = found.is_found or found.status == "unproven"
+    picture = Picture("By how much each tolerance was closed or opened.", found.plot)
+    spread = [
+        Picture(f"How the mechanisms are spread about the limits of {name}.", one.plot)
+        for name, one in found.verified.items()
+        if name != "all" or len(found.verified) == 1
+    ]
+    of = f"{found.mechanism}: which" if found.mechanism else "Which"
+    return Document(
+        title=title or f"{of} tolerances cost least and keep the requirements?",
+        facts=[f"{found.runs:,} runs", version_fact()],
+        answer=answer,
+        doubts=notice_doubts(found.notices),
+        first=[*([found.table] if is_shown else []), *requirements(found.verified)],
+        sections=[
+            Section("How the tolerances change", [picture])
+            if is_shown
+            else Section("Tolerances", [found.table]),
+            *([Section("In specification or not", spread)] if spread else []),
+            *notices_section(found.notices),
+        ],
+    )
 
 
 def allocate(
@@ -336,4 +363,5 @@ def allocate(
         runs=search.made,
         seed=search.seed,
         notices=notices,
+        mechanism=search.runner.spec.name,
     )

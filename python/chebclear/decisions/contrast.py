@@ -18,15 +18,14 @@ from ..base.arguments import Checks
 from ..base.named import Named
 from ..base.prefixes import Form, format_quantity, format_tolerance
 from ..base.rows import Array
-from ..base.shown import in_a_sentence, listed
+from ..base.shown import listed
 from ..data.dataset import Dataset, Variable, facts_of, numbered
 from ..data.exports import Exports
 from ..errors import ArgumentError, ArgumentTypeError
 from ..notices import Notice, WithNotices, issue
 from ..report import html
-from ..report.document import Document, Items, Picture, Section, Table
+from ..report.document import Document, Table
 from ..run.continuation import changes
-from ..run.report import version_fact, warnings_section
 from ..scene.scene import Interval
 from ..study.band.exact import binomial_cdf, exact_interval
 from ..study.conforming import extremes_of, watching_for
@@ -38,6 +37,7 @@ from ..study.sources.run_table import RunTable
 from ..study.sources.scenes import MOST_RUNS, scene_of
 from ..study.spec import interval_of
 from ..study.study import Study
+from .contrast_report import contrast_document
 from .settled import unsettled
 from .trace import made_at
 
@@ -232,26 +232,7 @@ class Contrast(
         return Table("Shares in specification", head, rows)
 
     def _document(self, title: str | None) -> Document:
-        both: list[Difference | ShareDifference] = [*self.requirements.values(), *self.features.values()]
-        unknown = [one.name for one in both if one.lower <= 0.0 <= one.upper]
-        doubts = [f"The runs do not show whether the designs differ in {in_a_sentence(unknown)}."]
-        tables = [one for one in (self.requirements_table, self.table) if one.rows]
-        pictures = [
-            Picture(f"How the differences of {name} are spread. {one}.", one.plot)
-            for name, one in self.features.items()
-        ]
-        return Document(
-            title=title or "Is the second design better?",
-            facts=[f"intervals with {100.0 * both[0].confidence:g} % confidence", version_fact()],
-            answer=[f"{one}." for one in both if one.name not in unknown] or ["The runs show no difference."],
-            doubts=doubts if unknown else [],
-            first=tables,
-            sections=[
-                Section("What differs in the two designs", [Items(self.changes or ["nothing"])]),
-                *([Section("How the differences are spread", pictures)] if pictures else []),
-                *warnings_section(self.warnings),
-            ],
-        )
+        return contrast_document(self, title)
 
     def dataset(self) -> Dataset:
         """A row for each requirement and feature, whose unit is in a column of its own, with the pairs."""

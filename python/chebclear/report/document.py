@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 _NUMBER = re.compile(r"[-+−±<>≤≥]?\s?\d")
 _GAPS = ("-", "", "not known")
+# Letters of a number with its unit, range and share; what is longer is a sentence that begins with one.
+_LONGEST = 30
 
 Judgment = Literal["good", "fair", "bad"]
 
@@ -50,6 +52,7 @@ class Verdict:
 
 
 Cell = str | Verdict
+Sentence = str | Verdict
 
 
 @dataclass(frozen=True)
@@ -69,7 +72,9 @@ class Table:
     def in_numbers(self, column: int) -> bool:
         """Whether a column holds numbers and gaps only, and so is set flush right."""
         cells = [row[column] for row in self.rows]
-        numbers = [cell for cell in cells if isinstance(cell, str) and _NUMBER.match(cell)]
+        numbers = [
+            cell for cell in cells if isinstance(cell, str) and _NUMBER.match(cell) and len(cell) <= _LONGEST
+        ]
         return bool(numbers) and all(cell in numbers or cell in _GAPS for cell in cells)
 
 
@@ -127,8 +132,8 @@ class Document:
     """The question, in words."""
     facts: Sequence[str]
     """A line of short facts below the title: runs, seconds, version, date."""
-    answer: Sequence[str]
-    """The answer in a few sentences."""
+    answer: Sequence[Sentence]
+    """The answer in a few sentences; the first may be judged."""
     doubts: Sequence[str]
     """What is not known and why, a sentence each."""
     sections: Sequence[Section] = field(default_factory=tuple)

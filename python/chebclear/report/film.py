@@ -48,6 +48,18 @@ class Shape:
 
 
 @dataclass(frozen=True)
+class Label:
+    """A name that moves with what it names."""
+
+    text: str
+    at: Array
+    """Where it is, in the unit of the panel, shape (2,)."""
+    moves: int
+    """Which transform of the panel it moves with."""
+    color: str
+
+
+@dataclass(frozen=True)
 class Panel:
     """A drawing whose parts move."""
 
@@ -61,6 +73,8 @@ class Panel:
     """``(a, b, c, d, e, f)`` of x' = a x + c y + e and y' = b x + d y + f, each of shape (frames, 6)."""
     texts: Sequence[str] = ()
     """A text for each frame; none if empty."""
+    labels: Sequence[Label] = ()
+    """Names beside its parts."""
     scale: tuple[float, str] | None = None
     """Factor and unit in which the place of the pointer is shown; None where places have no meaning."""
 

@@ -46,6 +46,9 @@ _STYLE: dict[Any, Any] = {
 }
 _NO_FILES: Mapping[str, Path] = MappingProxyType({})
 
+# The space between a number and its unit.
+_UNIT = re.compile(r"(?<=\d) (?=(?:%|[a-zA-Zµ]{1,3}(?:/[a-z]+)?[²³]?)(?:[\s.,;:)]|$))")
+
 # Plays every film of a page.
 _START = """
 for (const one of document.querySelectorAll(".player")) {
@@ -153,6 +156,7 @@ def _environment() -> Environment:
     """The templates of this room, and what they may call."""
     environment = templates_of("chebclear.report")
     environment.filters.update(embedded=embedded, download=_download, breakable=_breakable)
+    environment.filters["together"] = _together
     environment.filters["kind"] = lambda block: type(block).__name__
     environment.tests["verdict"] = lambda cell: isinstance(cell, Verdict)
     return environment
@@ -192,6 +196,11 @@ def _breakable(name: str) -> Markup:
     from markupsafe import Markup, escape
 
     return Markup(re.sub(r"([._])(?=[^\W\d])", r"\1<wbr>", str(escape(name))))
+
+
+def _together(sentence: str) -> str:
+    """A sentence whose numbers stay in one line with their units."""
+    return _UNIT.sub("\N{NO-BREAK SPACE}", sentence)
 
 
 def templates_of(package: str) -> Environment:

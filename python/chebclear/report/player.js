@@ -44,6 +44,10 @@ function playFilm(root, film, moved = () => {}) {
     act(Math.exp(-0.01 * event.deltaY), event);
   };
 
+  // Where a name may stand: above, below, right, left of what it names, and between these; then farther away.
+  const SIDES = [[0, -1], [0, 1], [1, 0], [-1, 0], [1, -1], [-1, -1], [1, 1], [-1, 1], [0, -2.5], [0, 2.5], [1, -2.5], [-1, -2.5],
+    [1, 2.5], [-1, 2.5]];
+
   function panel(data, index) {
     const svg = drawn(document.createDocumentFragment(), "svg", {role: "img", "aria-label": data.title});
     const [left, right, low, high] = data.view;
@@ -62,6 +66,10 @@ function playFilm(root, film, moved = () => {}) {
         : drawn(group.node, shape.kind === "line" ? "polyline" : "polygon", {points: shape.points.join(" "), ...style});
       made.dataset.moves = shape.moves;
     }
+    // Names stand upright beside what they name, each where it covers no other one.
+    const names = data.labels.map(({text, color}) => ({side: 0, node: element("span", {class: "name"}, text), color}));
+    for (const {node, color} of names) node.style.color = color;
+    const stage = element("div", {class: "drawing"}, svg, ...names.map(({node}) => node));
     const text = element("span", {class: "text"}), place = element("span", {class: "place"});
     let held = null;
     const steps = moves => { const all = data.transforms[moves]; return all[Math.min(frame, all.length - 1)]; };
@@ -70,6 +78,37 @@ function playFilm(root, film, moved = () => {}) {
       const {zoom, x, y} = seen();
       const width = (right - left) / zoom, height = (high - low) / zoom;
       svg.setAttribute("viewBox", [x - width / 2, -y - height / 2, width, height].join(" "));
+      letter();
+    };
+    const letter = () => {
+      const shown = world.getScreenCTM?.(), box = stage.getBoundingClientRect();
+      if (!shown || !(shown.a > 0) || !(box.width > 0)) return;
+      const anchors = data.labels.map(({at: [u, v], moves}) => {
+        const [a, b, c, d, e, f] = steps(moves);
+        const point = new DOMPoint(a * u + c * v + e, b * u + d * v + f).matrixTransform(shown);
+        return [point.x - box.left, point.y - box.top];
+      });
+      const common = (one, other) => Math.max(0, Math.min(one[1], other[1]) - Math.max(one[0], other[0]))
+        * Math.max(0, Math.min(one[3], other[3]) - Math.max(one[2], other[2]));
+      const taken = [];
+      names.forEach((name, n) => {
+        const [x, y] = anchors[n], half = name.node.offsetWidth / 2, tall = name.node.offsetHeight / 2;
+        const put = ([across, down]) => {
+          const toX = x + across * (half + 10), toY = y + down * (tall + 10);
+          return [toX - half, toX + half, toY - tall, toY + tall];
+        };
+        const cost = side => {
+          const place = put(SIDES[side]), hidden = 4 * half * tall - common(place, [0, box.width, 0, box.height]);
+          const covered = taken.reduce((sum, other) => sum + common(place, other), 0);
+          const points = anchors.filter(([u, v]) => u > place[0] && u < place[1] && v > place[2] && v < place[3]).length;
+          // A name stays on its side as long as it has room there.
+          return covered + hidden + points * half * tall + (side === name.side ? 0 : 0.01 * half * tall * (1 + side));
+        };
+        name.side = SIDES.map((_, side) => side).reduce((best, side) => cost(side) < cost(best) ? side : best, name.side);
+        const place = put(SIDES[name.side]);
+        taken.push(place);
+        name.node.style.transform = "translate(" + place[0].toFixed(1) + "px, " + place[2].toFixed(1) + "px)";
+      });
     };
     const at = event => new DOMPoint(event.clientX, event.clientY).matrixTransform(world.getScreenCTM().inverse());
     const close = (factor, event) => {
@@ -117,10 +156,11 @@ function playFilm(root, film, moved = () => {}) {
     redraws.push(() => {
       for (const {moves, node} of groups) node.setAttribute("transform", "matrix(" + steps(moves).join(" ") + ")");
       text.textContent = data.texts[frame] ?? "";
+      letter();
     });
     svg.style.aspectRatio = (right - left) / (high - low);
     const caption = data.title === film.title ? "" : data.title;
-    return element("figure", {class: "panel"}, element("figcaption", {}, caption, text), svg,
+    return element("figure", {class: "panel"}, element("figcaption", {}, caption, text), stage,
       element("div", {class: "under"}, zoomButtons(data.title, close), place));
   }
 
@@ -233,7 +273,10 @@ function playFilm(root, film, moved = () => {}) {
     controls.slider.setAttribute("aria-valuetext", film.places[frame]);
     controls.place.textContent = film.places[frame];
   }
-  const layOut = () => { for (const one of charts) one.lay(); };
+  const layOut = () => {
+    for (const one of charts) one.lay();
+    for (const one of redraws) one();
+  };
 
   function show(next) {
     frame = clamp(next, 0, last());

@@ -167,4 +167,6 @@ def _short(value: Any) -> str:
     """A number or word; of a list, the number of entries."""
     if isinstance(value, float):
         return f"{value:.6g}"
-    return f"{len(value)} entries" if isinstance(value, dict | list) else json.dumps(value)
+    return (
+        f"{len(value)} entries" if isinstance(value, dict | list) else json.dumps(value, ensure_ascii=False)
+    )

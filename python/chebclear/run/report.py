@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import fields
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -12,8 +12,9 @@ import numpy as np
 
 from ..base.files import package_version
 from ..base.prefixes import Form, format_exact, format_quantity, format_range
-from ..base.shown import in_a_sentence
+from ..base.shown import capital, in_a_sentence
 from ..base.units import units
+from ..notices import Notice, shown_first
 from ..plots.animation.film import outputs_film
 from ..plots.drawing.pose import pose_columns
 from ..plots.drawing.scene import mechanism_picture
@@ -62,6 +63,7 @@ def run_document(run: Trajectory, title: str | None) -> Document:
                 "A script that simulates it again",
                 [costs_table([run.stats])],
             ),
+            *notices_section(run.notices),
         ],
     )
 
@@ -92,7 +94,7 @@ def _answer(run: Trajectory, extremes: Sequence[tuple[str, str, Any, Any]]) -> l
 
 
 def _doubts(run: Trajectory, extremes: Sequence[tuple[str, str, Any, Any]]) -> list[str]:
-    doubts = list(run.warnings)
+    doubts = notice_doubts(run.notices)
     for name, _, low, high in extremes:
         early = [word for word, one in (("lowest", low), ("highest", high)) if one.in_transient]
         if early:
@@ -272,6 +274,19 @@ def settings_in_script(settings: Settings) -> dict[str, Any]:
     return {name: value for name, value in kept.items() if value is not None and value != defaults.get(name)}
 
 
-def warnings_section(warnings: Sequence[str]) -> list[Section]:
-    """The warnings, if there are any."""
-    return [Section("Warnings", [Items(list(warnings))])] if warnings else []
+MOST_NOTICES = 3
+"""Most notices that are shown beside an answer in full [-]; a sentence each."""
+
+
+def notice_doubts(notices: Sequence[Notice], said: Collection[str] = ()) -> list[str]:
+    """What notices say that may change the answer, but for those codes of which the answer has `said` it."""
+    texts = shown_first(one for one in notices if one.code not in said)
+    more = len(texts) - MOST_NOTICES
+    told = [f"{capital(text)}." for text in texts[:MOST_NOTICES]]
+    return [*told, f"{more} more such warnings are among the details."] if more > 0 else told
+
+
+def notices_section(notices: Sequence[Notice]) -> list[Section]:
+    """All notices, if there are any: those that may change the answer first."""
+    texts = dict.fromkeys([*shown_first(notices), *(one.text for one in notices)])
+    return [Section("Warnings", [Items(list(texts))])] if texts else []

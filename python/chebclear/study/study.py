@@ -17,7 +17,7 @@ from ..base.progress import Progress
 from ..base.shown import meant_or_known
 from ..execution.costs import Plan
 from ..execution.options import ExecutionOptions, OnFailure
-from ..notices import issue
+from ..notices import changes_answer, issue
 from ..run.features import Feature
 from ..run.settings import RunOptions, Settings, with_settings
 from ..scene.distributions import Distribution
@@ -423,8 +423,8 @@ class Study:
         return simulated_extremes(self.runner, result)
 
     def _issued(self, result: StudyResult) -> StudyResult:
-        """The result of this study, after issuing its notices."""
-        issue(result.notices)
+        """The result of this study, after issuing the notices that may change its answers."""
+        issue(filter(changes_answer, result.notices))
         return replace(result, study=self, spec=self._spec, nominal_poses=nominal_poses(result))
 
     def plan(self, method: str = "band", *, probes: int | None = None, **arguments: Any) -> Plan:

@@ -10,7 +10,7 @@ from ..base.writing import complete_folder
 from ..plots.costs import plot_tradeoff
 from ..plots.drawing.scene import mechanism_picture
 from ..report.document import Document, Picture, Section, Table, Text
-from ..run.report import reproduction, run_script, version_fact, warnings_section
+from ..run.report import notices_section, reproduction, run_script, version_fact
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -62,7 +62,7 @@ def tradeoff_document(result: Tradeoff, title: str | None) -> Document:
                     *pictures,
                 ],
             ),
-            *warnings_section(result.warnings),
+            *notices_section(result.notices),
             reproduction(
                 result.settings,
                 result.scene,
@@ -107,7 +107,7 @@ def costs_document(result: StudyTradeoff, title: str | None) -> Document:
                     *pictures,
                 ],
             ),
-            *warnings_section(result.warnings),
+            *notices_section(result.notices),
         ],
     )
 

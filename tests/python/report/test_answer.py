@@ -197,23 +197,29 @@ def test_a_report_with_shares_says_first_whether_mechanisms_are_in_specification
     limits = {"tight": cc.require("play", below=10.12), "strong": cc.require("force", below=20.0)}
     shares = cc.conformance(study, limits, 400)
     document = study_document(replace(study.band(81), conformance=shares), None)
-    first, force, tolerance = document.answer
-    every = shares["all"]
-    assert every.outside > 0
-    assert first.startswith("In specification are") and "95 % confidence" in first
+    verdict, share, todo, force = document.answer
+    every, first = shares["all"], verdict.word
+    assert every.outside > 0 and verdict.judgment == "bad"
+    assert "are in specification, between" in share and "95 % confidence" in share
+    assert todo.startswith("To do: gap ±") and "estimate" in todo
     assert force.startswith("The largest force is")
-    assert tolerance.startswith("The tolerance of gap matters most") and "the peak of play" in tolerance
     table = next(one for one in document.first if isinstance(one, Table))
     assert [row[0] for row in table.rows] == ["tight", "strong", "all"]
     tight = shares["tight"]
-    assert f"tight fails in {tight.outside} of 400: play below 10.12, the worst reaches 10." in first
-    assert table.rows[0][2] == f"{tight.highest.max():.3f} m" and table.rows[2][2] == "-"
+    assert (
+        f"tight fails in {tight.outside} of 400 mechanisms: play below 10.12, the worst reaches 10." in first
+    )
+    assert first.endswith(" beyond.")
+    assert table.rows[0][3] == f"{tight.highest.max():.3f} m" and table.rows[2][3] == "-"
     fails = f"fails in {every.outside} of 400"
-    assert [row[-1].word for row in table.rows] == [fails, "kept", fails]
-    assert [row[-1].judgment for row in table.rows] == ["bad", "good", "bad"]
+    assert [row[1].word for row in table.rows] == [fails, "kept", fails]
+    assert [row[1].judgment for row in table.rows] == ["bad", "good", "bad"]
     assert document.sections[0].title == "In specification or not"
     path = replace(study.band(81), conformance=shares).report(tmp_path / "report")
     assert "The requirements" in path.read_text(encoding="utf-8")
     none = cc.conformance(study, {"strong": limits["strong"]}, 100)
     first = study_document(replace(study.band(81), conformance=none), None).answer[0]
-    assert first.startswith("None of 100 mechanisms is out")
+    assert (
+        first.word.startswith("All 100 mechanisms keep to the requirement: at least 96.")
+        and first.judgment == "good"
+    )

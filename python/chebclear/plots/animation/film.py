@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from ...base.prefixes import prefix_of
 from ...base.tables import format_number
-from ...report.film import Film, Panel, Shape, chart
+from ...report.film import Film, Label, Panel, Shape, chart
 from ...scene.columns import column_unit, column_words, plain_words
 from ...scene.motions import Speed
 from ...scene.parts import loose_joints, owner_of
 from ...scene.scene import Scene
 from ..drawing.pose import colors_of, pose_columns, simulated_poses
-from ..drawing.strokes import Enlarged, Stroke
+from ..drawing.strokes import Enlarged, Owner, Stroke
 from .motion import MovingMechanism, moving_mechanism
 
 if TYPE_CHECKING:
@@ -30,6 +30,8 @@ _FORCE, _TRAIL = "#AA3377", "path of the center of the journal"
 _STILL = np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0]])
 MOST_FRAMES = 121
 """Frames of a film in a report [-]."""
+# Light of the names of bodies, relative to that of their colors [-]: each has a contrast above 4.5 to white.
+_DARKER = 0.6
 # Room around a mechanism, relative to its size [-].
 _MARGIN = 0.05
 
@@ -50,8 +52,24 @@ def mechanism_panel(moving: MovingMechanism, title: str) -> Panel:
         (low[0] - room, high[0] + room, low[1] - room, high[1] + room),
         [_shape(stroke, owners.index(stroke.owner)) for stroke in moving.strokes],
         [one if np.any(one != one[0]) else one[:1] for one in steps],
+        labels=_labels(moving, owners),
         scale=prefix_of(float(np.max(high - low)), "m"),
     )
+
+
+def _labels(moving: MovingMechanism, owners: list[Owner]) -> list[Label]:
+    """The name of each body in the middle of its points."""
+    from matplotlib.colors import to_hex, to_rgb
+
+    first, labels = moving.first, []
+    for body in moving.scene.bodies:
+        if body.name in owners and first.points[body.name]:
+            middle = np.mean(first.points[body.name], axis=0)
+            # Darker than the body, so that it can be read on white.
+            red, green, blue = to_rgb(first.colors[body.name])
+            color = to_hex((_DARKER * red, _DARKER * green, _DARKER * blue))
+            labels.append(Label(plain_words(body.name), middle, owners.index(body.name), color))
+    return labels
 
 
 def instants(scene: Scene, t: Array) -> list[str]:

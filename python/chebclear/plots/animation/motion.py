@@ -41,6 +41,8 @@ class MovingMechanism:
     transforms: dict[Owner, Array]
     """How each owner has moved since the first pose: ``(a, b, c, d, e, f)`` of x' = a x + c y + e and
     y' = b x + d y + f, shape (frames, 6)."""
+    first: Pose
+    """The first pose."""
 
     def view(self) -> tuple[Array, Array]:
         """Lowest and highest corner of all that is drawn in any frame [m]."""
@@ -69,7 +71,7 @@ def moving_mechanism(scene: Scene, poses: Array, exaggerate: float = 1.0) -> Mov
     transforms = {
         owner: np.array([_since(moments[0], pose, owner, exaggerate) for pose in moments]) for owner in owners
     }
-    return MovingMechanism(scene, tuple(strokes), exaggerate, transforms)
+    return MovingMechanism(scene, tuple(strokes), exaggerate, transforms, moments[0])
 
 
 def _since(first: Pose, pose: Pose, owner: Owner, exaggerate: float) -> Array:

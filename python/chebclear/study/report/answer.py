@@ -12,17 +12,18 @@ from ...base.prefixes import Form, format_tolerance
 from ...base.quantities import Interval
 from ...base.shown import capital, in_a_sentence, of_many
 from ...execution.failures import count_failed
-from ...report.document import Cell, Judgment, Table, Verdict
+from ...report.document import Cell, Judgment, Sentence, Table, Verdict
+from ...run.report import notice_doubts
 from ..band.band import Band
 from ..band.sure import Flag, HowSure
 from ..features.features import FeatureResult
 from ..features.narrowing import ENDS
-from ..requirements.conformance import in_percent
+from ..requirements.document import Tolerance, specification, what_to_do
 from .extent import extent, place_of, sampled_end
 
 if TYPE_CHECKING:
     from ..features.ranking import Rank
-    from ..requirements.conformance import Conformance, Share
+    from ..requirements.conformance import Conformance
     from ..results import StudyResult
 
 JUDGMENTS: dict[Flag, Judgment] = {
@@ -52,70 +53,29 @@ HEAD = [
 """Columns of the main numbers: what a further mechanism does, and how sure that is."""
 
 
-def sentences(result: StudyResult) -> list[str]:
-    """In specification or not, else how far the first output moves; the largest force; the tolerance."""
+def sentences(result: StudyResult) -> list[Sentence]:
+    """Which requirement fails and what to do, else how far the first output moves; the largest force; the
+    tolerance that matters most, where no other is to be changed."""
     conformance = result.conformance
-    first = _movement(result) if conformance is None else [_specification(conformance)]
-    told = [*first, *_force(result), *_tolerance(result, _judged(result, conformance))]
+    first: list[Sentence] = []
+    todo: list[str] = []
+    if conformance is None:
+        first += _movement(result)
+    else:
+        todo = what_to_do(conformance, tolerances(result))
+        first += [*specification(conformance), *todo]
+    told = [*first, *_force(result)]
+    if not todo:
+        told += _tolerance(result, _judged(result, conformance))
     return told or ["The study has neither outputs nor features."]
 
 
-def _specification(conformance: Conformance) -> str:
-    """The share in specification, and which requirement fails most often, by how much."""
-    *each, every = conformance.values()
-    least, most = map(in_percent, (every.lower, every.upper))
-    sure = f"with {100.0 * every.confidence:.4g} % confidence"
-    if every.outside == 0:
-        what = f"None of {every.runs} mechanisms is out of specification"
-        return f"{what}: at least {least} are in it {sure}."
-    worst = max(each or [every], key=lambda one: one.outside)
-    told = f"In specification are {in_percent(every.share)} of the mechanisms, "
-    told += f"between {least} and {most} {sure}. {worst.name} fails in {worst.outside} of {worst.runs}"
-    reached = _reached(worst)
-    return f"{told}: {worst.specification}{reached and f', the worst reaches {reached}'}."
-
-
-def _reached(share: Share) -> str:
-    """The simulated value that is farthest outside of the limits, or nearest to them; empty if all failed."""
-    if np.all(np.isnan(share.lowest)):
-        return ""
-    (lower, upper), lowest, highest = share.limits, np.nanmin(share.lowest), np.nanmax(share.highest)
-    value = float(lowest if lower - lowest >= highest - upper else highest)
-    known = [limit for limit in share.limits if math.isfinite(limit)]
-    return Form.of((value, *known), share.unit, share.specification.written).text(value)
-
-
-def requirements(conformance: Conformance | None) -> list[Table]:
-    """A line for each requirement: share in specification, its interval, a verdict."""
-    if conformance is None:
-        return []
-    rows: list[list[Cell]] = []
-    for name, one in conformance.items():
-        is_kept, is_one = one.outside == 0, len(conformance) == 1 or name != "all"
-        verdict = Verdict(
-            "kept" if is_kept else f"fails in {one.outside} of {one.runs}", "good" if is_kept else "bad"
-        )
-        limits, reached = (str(one.specification), _reached(one) or "-") if is_one else ("all of them", "-")
-        shares = map(in_percent, (one.share, one.lower, one.upper))
-        rows.append([name, limits, reached, *shares, verdict])
-    head = ["requirement", "limits", "worst", "in specification", "at least", "at most", "verdict"]
-    return [Table("The requirements", head, rows)]
-
-
-def unproven(conformance: Conformance | None) -> list[str]:
-    """What shares in specification do not say."""
-    if conformance is None:
-        return []
-    *_, every = conformance.values()
-    told = []
-    if every.failed:
-        told.append(f"{every.failed} mechanisms could not be simulated; they count as outside.")
-    if len(every.at) > 1:
-        sides = in_a_sentence(list(every.at[0]))
-        told.append(
-            f"Of {sides} only the interval is known: the shares hold at its middle and ends, not between."
-        )
-    return told
+def tolerances(result: StudyResult) -> dict[str, Tolerance]:
+    """The tolerances of the parameters of a study."""
+    return {
+        name: Tolerance(side, result.units.get(name, ""), result.written_for(name))
+        for name, side in result.intervals.items()
+    }
 
 
 def _movement(result: StudyResult) -> Iterator[str]:
@@ -264,10 +224,8 @@ def unknown(result: StudyResult) -> list[str]:
     known = [band.sure for band in result.bands.values() if math.isfinite(band.whole_run)]
     if known:
         told.append(f"{capital(str(min(known, key=lambda one: one.whole)))}.")
-    if result.warnings:
-        count = len(result.warnings)
-        told.append(f"{count} {'warning is' if count == 1 else 'warnings are'} among the details.")
-    return told
+    # Those that failed, and bands of too few runs or without bounds, are said above.
+    return told + notice_doubts(result.notices, said=("failed", "too_few_runs", "not_resolved"))
 
 
 def widest_of(result: StudyResult, band: Band) -> str:

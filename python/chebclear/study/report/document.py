@@ -16,19 +16,18 @@ from ...plots.bands import band_picture
 from ...plots.drawing.scene import mechanism_picture
 from ...plots.features import plot_ranking
 from ...report.document import Block, Cell, Document, Items, Moving, Picture, Section, Table, Text, Verdict
-from ...run.report import costs_table, reproduction, version_fact, warnings_section
+from ...run.report import costs_table, notices_section, reproduction, version_fact
 from ..band.sure import Flag
 from ..features.features import FeatureResult
 from ..features.ranking import ranking_table
+from ..requirements.document import requirements, shares_section, unproven
 from .alternatives import alternatives
 from .answer import (
     JUDGMENTS,
     features_of,
     main_numbers,
-    requirements,
     sentences,
     unknown,
-    unproven,
     widest_of,
 )
 from .extent import place_of
@@ -36,7 +35,6 @@ from .film import study_film
 from .script import study_listings
 
 if TYPE_CHECKING:
-    from ..requirements.conformance import Conformance
     from ..results import StudyResult
 
 
@@ -73,15 +71,15 @@ def study_document(result: StudyResult, title: str | None, checked: Sequence[Blo
         first=[*_moving(result), *requirements(conformance), *main_numbers(result, end=_MOST_LINES)],
         doubts=[*unproven(conformance), *unknown(result)],
         sections=[
-            *([_shares(result, conformance)] if conformance is not None else []),
+            *([shares_section(conformance)] if conformance is not None else []),
             Section(subject, [_parameters(result)]),
             *([Section("How far the outputs move", outputs)] if bands else []),
             *(_feature(one) for one in features_of(result)),
             *([Section("Worst cases", [_worst_cases(result)])] if bands else []),
             *([Section("How sure this is", sure)] if (sure := _how_sure(result)) else []),
             *([Section("What a tighter or a cheaper setting would give", more)] if more else []),
-            *warnings_section(result.warnings),
             *_again(result),
+            *notices_section(result.notices),
         ],
     )
 
@@ -119,7 +117,7 @@ def _method(result: StudyResult) -> str:
     if result.degrees is not None:
         return f"Chebyshev polynomials of degree {' x '.join(map(str, result.degrees))}"
     if result.requirement is not None:
-        return "hulls of independent runs" if result.requirement.independent else "estimated bands"
+        return "extremes of independent runs" if result.requirement.independent else "estimated bands"
     return "scan of a grid" if result.kind == "scan" else "random runs"
 
 
@@ -135,21 +133,6 @@ def _parameters(result: StudyResult) -> Table:
     told = "" if all(units) else " in SI units" if result.scene is not None else " in their own units"
     caption = f"The parameters and their intervals{told}"
     return Table(caption, ["parameter", "from", "nominal", "to", "tolerance"], rows)
-
-
-def _shares(result: StudyResult, conformance: Conformance) -> Section:
-    """How the mechanisms are spread about the limits."""
-    blocks: list[Block] = [Items([f"{name}: {one}." for name, one in conformance.items()])]
-    blocks += [
-        Picture(
-            f"How the mechanisms are spread about the limits of {name}: {one.outside} of {one.runs} outside.",
-            one.plot,
-            name=f"requirement_{name}",
-        )
-        for name, one in conformance.items()
-        if one.specification.quantity in (*result.bands, *result.features.names)
-    ]
-    return Section("In specification or not", blocks)
 
 
 def _feature(feature: FeatureResult) -> Section:

@@ -14,9 +14,11 @@ from ...base.tables import format_table
 from ...execution.batch import jammed
 from ...execution.failures import set_apart
 from ...execution.pieces import NOT_BEGUN
+from ...notices import shown_first
 from ..band.worst import WorstCase
 from ..polynomials.points import on_cube, unfilled
-from .answer import main_numbers
+from ..requirements.document import specification, what_to_do
+from .answer import main_numbers, tolerances
 
 if TYPE_CHECKING:
     from ..results import StudyResult
@@ -31,9 +33,14 @@ _MOST_WARNINGS = 3
 def summary(result: StudyResult) -> str:
     """The text of a `StudyResult`: what was found, warnings, suggestions."""
     lines = [findings(result)]
-    lines += [f"warning: {text}" for text in result.warnings[:_MOST_WARNINGS]]
-    more = len(result.warnings) - _MOST_WARNINGS
+    first = shown_first(result.notices)
+    lines += [f"warning: {text}" for text in first[:_MOST_WARNINGS]]
+    more = len(first) - _MOST_WARNINGS
     lines += [f"warning: and {more} more, see warnings"] * (more > 0)
+    rest = len(result.warnings) - len(first)
+    lines += [f"{rest} notice{'s' * (rest > 1)} more, by which no number here changes: see warnings"] * (
+        rest > 0
+    )
     lines += [f"next: {text}" for text in suggestions(result)]
     varying = [name for name in result.features.names if np.ptp(result.features[name].values) > 0.0]
     lines += [f'next: ranking("{name}") says which tolerance to tighten' for name in varying[:1]]
@@ -44,7 +51,10 @@ def findings(result: StudyResult) -> str:
     """The runs, a line for each output, the features and what the bands promise."""
     sides = list(result.intervals.items())
     random = {} if result.spec is None else result.spec.random
-    lines = [] if result.conformance is None else [str(result.conformance), ""]
+    lines = []
+    if result.conformance is not None:
+        answer = [*specification(result.conformance), *what_to_do(result.conformance, tolerances(result))]
+        lines += [*map(str, answer), str(result.conformance), ""]
     lines.append(_head(result))
     for name, side in sides[:_MOST_LINES]:
         around = " ".join(format_tolerance(side, result.units.get(name, ""), result.written_for(name)))
