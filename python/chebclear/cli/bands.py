@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..base.writing import complete_folder
 from ..report import html
+from ..report.document import Document
 from ..study.nominal import at_other_tolerances
 from ..study.report.document import study_document
 from ..study.report.extent import extent
@@ -122,19 +123,19 @@ def hand_over(
     tables: Mapping[str, Rows],
     plots: Mapping[str, Callable[..., object]],
     facts: Mapping[str, Any],
+    document: Callable[[], Document],
 ) -> None:
-    """Write what was found as files, if they are asked for, and print it, or the facts as JSON."""
-    main = f"{name}.txt"
+    """Write what was found as files and as a report, if they are asked for, and print it, or the facts as
+    JSON."""
     if options.out is not None:
         with complete_folder(options.out) as folder:
             for table, rows in tables.items():
                 write_table(rows, folder, table)
-            (folder / main).write_text(f"{found}\n", encoding="utf-8")
-            if isinstance(found, html.Reported):
-                main = found.report(folder / "report.html").name
+            (folder / f"{name}.txt").write_text(f"{found}\n", encoding="utf-8")
+            html.write(document(), folder / "report.html")
             for picture, plot in plots.items():
                 draw(folder, picture, (6.4, 4.8), plot)
-    wrote = "" if options.out is None else f"\nwrote    {options.out / main} and more beside it"
+    wrote = "" if options.out is None else f"\nwrote    {options.out / 'report.html'} and more beside it"
     tell(options, facts, f"{found}{wrote}")
 
 

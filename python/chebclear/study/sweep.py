@@ -24,7 +24,7 @@ from ..execution.batch import GatheredNotices
 from ..execution.failures import FAILED
 from ..notices import Notice, WithNotices, issue
 from ..report import html
-from ..report.document import Table
+from ..report.document import Document, Table
 from ..run.features import Feature
 from ..run.resampling import refined
 from ..run.settings import MOST_PERIODS, Settings
@@ -34,6 +34,7 @@ from ..scene.scene import Interval, Scene
 from .band.revolutions import Revolutions
 from .bifurcation import GoOn, in_threads
 from .by_angle import crank_of, drives_of
+from .report.sweep import sweep_document
 from .runner import Runner
 from .sources.asked import FeatureSpec, known_units, units_of
 from .sources.scenes import scene_of
@@ -95,7 +96,7 @@ class LiftOff(records.ArrayRecord):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Sweep(WithNotices, records.Saved, Named[Array], Exports, kind="sweep"):
+class Sweep(WithNotices, html.Reported, records.Saved, Named[Array], Exports, kind="sweep"):
     """Features of every revolution over a parameter; see `Study.sweep`.
 
     A mapping from the names of the features to arrays of shape (points, revolutions), NaN where a run failed.
@@ -234,6 +235,9 @@ class Sweep(WithNotices, records.Saved, Named[Array], Exports, kind="sweep"):
 
     def _repr_html_(self) -> str:
         return html.fragment(repr(self)[1:-1], [self.table])
+
+    def _document(self, title: str | None) -> Document:
+        return sweep_document(self, title)
 
     def plot(self, name: str, *, ax: Axes | None = None, **options: Any) -> Axes:
         """Draw a feature over the parameter, with resonances and lift-off; see `plot_sweep`."""

@@ -44,9 +44,23 @@ def run(*words):
 def test_it_prints_the_shares_and_writes_a_table_and_pictures(file, tmp_path, capsys):
     assert run(file, "--runs", 60, "--quiet", "--out", tmp_path / "found") == 0
     printed = capsys.readouterr().out
-    assert [line.partition(":")[0] for line in printed.splitlines()[:3]] == ["reach", "fast", "all"]
+    shares = [
+        line.partition(":")[0] for line in printed.splitlines() if "% in specification, between" in line
+    ]
+    assert shares == ["reach", "fast", "all"]
+    # What fails, or that nothing does, comes first.
+    assert printed[0] in "✓✗"
     names = {path.name for path in (tmp_path / "found").iterdir()}
-    assert {"conformance.txt", "conformance.csv", "conformance.md", "reach.png", "fast.png"} <= names
+    page = (tmp_path / "found" / "report.html").read_text(encoding="utf-8")
+    assert "A block on a spring" in page and 'id="answer"' in page and page.count("<img") >= 3
+    assert {
+        "report.html",
+        "conformance.txt",
+        "conformance.csv",
+        "conformance.md",
+        "reach.png",
+        "fast.png",
+    } <= names
     with (tmp_path / "found" / "conformance.csv").open(encoding="utf-8") as table:
         rows = list(csv.DictReader(table))
     assert [row["requirement"] for row in rows] == ["reach", "fast", "all"]
@@ -94,10 +108,15 @@ def test_a_study_of_a_file_with_requirements_answers_them_first(file, tmp_path, 
     folder = tmp_path / "found"
     assert cli.main(["study", str(file), "--runs", "41", "--quiet", "--out", str(folder)]) == 0
     printed = capsys.readouterr().out
-    assert [line.partition(":")[0] for line in printed.splitlines()[:3]] == ["reach", "fast", "all"]
+    # Which fails, by how much and what to do; then each requirement.
+    lines = printed.splitlines()
+    assert re.match(r"✗ \w+ fails in \d+ of 100 mechanisms: .* beyond", lines[0])
+    assert lines[2].startswith(("To do: ", "No tolerance helps", "reach: "))
+    shares = [line.partition(":")[0] for line in lines if "% in specification, between" in line]
+    assert shares == ["reach", "fast", "all"]
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert page.index("The requirements") < page.index("The main numbers")
-    assert (folder / "result.txt").read_text(encoding="utf-8").startswith("reach:")
+    assert (folder / "result.txt").read_text(encoding="utf-8").startswith("✗ ")
     assert cli.main(["study", str(file), "--runs", "41", "--quiet", "--json"]) == 0
     shares = json.loads(capsys.readouterr().out)["shares"]
     assert [row["requirement"] for row in shares] == ["reach", "fast", "all"]
@@ -111,7 +130,7 @@ def test_requirements_without_distributions_are_a_note(file, capsys):
     file.write_text(text, encoding="utf-8")
     assert cli.main(["study", str(file), "--runs", "21"]) == 0
     printed = capsys.readouterr()
-    assert printed.err.startswith("note: ") and not printed.out.startswith("reach:")
+    assert printed.err.startswith("note: ") and not printed.out.startswith(("✓", "✗"))
 
 
 @pytest.mark.parametrize(

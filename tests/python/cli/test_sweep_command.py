@@ -31,7 +31,10 @@ def test_it_prints_and_writes_what_the_study_finds(file, tmp_path, capsys):
     assert swept(file, "crank_speed", "600 rpm", "900 rpm", "--out", tmp_path / "out") == 0
     assert "stroke: mean" in capsys.readouterr().out
     names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert names == {"sweep.txt", "sweep.csv", "sweep.md", "sweep.json", "stroke.png"}
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "stroke is largest at crank_speed" in page or "stroke has a resonance" in page
+    assert "Drawing of the mechanism with 3 bodies" in page
+    assert names == {"report.html", "sweep.txt", "sweep.csv", "sweep.md", "sweep.json", "stroke.png"}
 
 
 @pytest.mark.parametrize(

@@ -8,13 +8,16 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from ...decisions.allocation import allocate as cheapest_tolerances
+from ...decisions.allocation import allocate as cheapest_tolerances, allocation_document
 from ...decisions.contrast import Difference, contrast as compare_designs
+from ...decisions.contrast_report import contrast_document
 from ...decisions.least_cost.search import expected_runs
 from ...decisions.rare import rare_share
 from ...decisions.rare_result import RareShare
 from ...decisions.splitting import COUNTED
+from ...report.document import Document
 from ...study.requirements.conformance import Conformance, Share
+from ...study.requirements.document import Tolerance, conformance_document, specification, what_to_do
 from ...study.requirements.specification import ALL
 from ...templates.reader import load
 from ...templates.template import Template
@@ -43,9 +46,9 @@ def conformance(options: argparse.Namespace) -> int:
             )
     require_writable(options.out)
     means = study_settings(template, options)
-    sides = sum(one.interval is not None and one.distribution is None for one in template.parameters.values())
+    only = sum(one.interval is not None and one.distribution is None for one in template.parameters.values())
     # The nominal values of what is only an interval, all corners and points inside.
-    places = 1 + 2**sides + options.inner if sides else 1
+    places = 1 + 2**only + options.inner if only else 1
     _planned(template, means, options.runs * places, options)
     if options.plan:
         return 0
@@ -64,23 +67,15 @@ def conformance(options: argparse.Namespace) -> int:
     poor = options.least is not None and least < options.least
     facts: dict[str, Any] = {"shares": rows, "seed": found.seed, "not_met": [worst.name] if poor else []}
     tables = {"conformance": rows}
-    text: object = found
     if options.rare:
-        tables["rare"] = facts["rare"] = [
-            {
-                "requirement": name,
-                "verdict": one.verdict,
-                "reason": one.reason,
-                "outside": one.share,
-                "at least": one.lower,
-                "at most": one.upper,
-                "runs": one.runs,
-                "causes": "; ".join(map(str, one.causes)),
-            }
-            for name, one in rare.items()
-        ]
-        text = "\n".join([str(found), *map(str, rare.values())])
-    hand_over(options, text, "conformance", tables, _plots(found), facts)
+        tables["rare"] = facts["rare"] = _rare_rows(rare)
+    sides, more = tolerances_of(template, means), list(map(str, rare.values()))
+    text = "\n".join(map(str, [*specification(found), *what_to_do(found, sides), found, *more]))
+
+    def document() -> Document:
+        return conformance_document(found, _titled(template, options), sides, template.scene(), more)
+
+    hand_over(options, text, "conformance", tables, _plots(found), facts, document)
     if poor and not options.json:
         print(f"not at least {100.0 * options.least:g} %: {worst.name}")
     return EXIT_NOT_MET if poor else 0
@@ -98,6 +93,23 @@ def _rare(
         asked = template.requirements if name == ALL else {name: template.requirements[name]}
         rare[name] = rare_share(study, asked, confidence=options.confidence, rng=options.rng)
     return rare
+
+
+def _rare_rows(rare: Mapping[str, RareShare]) -> list[dict[str, Any]]:
+    """A row for every share outside that is too rare to be counted."""
+    return [
+        {
+            "requirement": name,
+            "verdict": one.verdict,
+            "reason": one.reason,
+            "outside": one.share,
+            "at least": one.lower,
+            "at most": one.upper,
+            "runs": one.runs,
+            "causes": "; ".join(map(str, one.causes)),
+        }
+        for name, one in rare.items()
+    ]
 
 
 def contrast(options: argparse.Namespace) -> None:
@@ -147,7 +159,14 @@ def contrast(options: argparse.Namespace) -> None:
     ]
     tables = {name: some for name, some in (("features", rows), ("requirements", shares)) if some}
     facts = {"features": rows, "shares": shares, "changes": found.changes, "seed": found.seed}
-    hand_over(options, found, "contrast", tables, _plots(found.features), facts)
+    names, titles = _files(options), (templates[0].title, templates[1].title)
+    if titles[0] != titles[1] and all(titles):
+        names = titles[0], titles[1]
+
+    def document() -> Document:
+        return contrast_document(found, f"{names[0]} or {names[1]}: which is better?", names)
+
+    hand_over(options, found, "contrast", tables, _plots(found.features), facts, document)
 
 
 def allocate(options: argparse.Namespace) -> int | None:
@@ -190,7 +209,11 @@ def allocate(options: argparse.Namespace) -> int | None:
         "seed": found.seed,
     }
     facts |= {"tolerances": rows, "shares": share_rows(found.verified)}
-    hand_over(options, found, "allocation", {"allocation": rows}, {"allocation": found.plot}, facts)
+    tables, pictures = {"allocation": rows}, {"allocation": found.plot}
+    title = f"{_titled(template, options)}: which tolerances cost least?"
+    hand_over(
+        options, found, "allocation", tables, pictures, facts, lambda: allocation_document(found, title)
+    )
     return None if found.status in ("met", "always") else EXIT_NOT_MET
 
 
@@ -199,6 +222,26 @@ def _planned(template: Template, means: Mapping[str, Any], runs: int, options: a
     # Without requirements, whose shares would be counted twice.
     study = template.study(**means, requirements=None)
     plan_of(study, "sample", {"runs": max(2, runs)}, options)
+
+
+def _titled(template: Template, options: argparse.Namespace) -> str:
+    """What the file is about."""
+    return template.title or str(options.scene.name)
+
+
+def _files(options: argparse.Namespace) -> tuple[str, str]:
+    """The names of the two files; with their folders where they are the same."""
+    names = options.scene.name, options.second.name
+    return names if names[0] != names[1] else (str(options.scene), str(options.second))
+
+
+def tolerances_of(template: Template, means: Mapping[str, Any]) -> dict[str, Tolerance]:
+    """The tolerances of the parameters of a file."""
+    runner = template.study(**means).runner
+    return {
+        name: Tolerance(side, runner.units.get(name, ""), runner.written_for(name))
+        for name, side in runner.intervals.items()
+    }
 
 
 def _plots(found: Mapping[str, Share | Difference]) -> dict[str, Callable[..., object]]:
@@ -249,7 +292,10 @@ COMMANDS = {
                 "some 40,000 more for each requirement, and for all together",
             ),
             *SETTINGS,
-            out("conformance.txt, the table of shares (md, csv, json) and a PNG for every requirement"),
+            out(
+                "report.html, conformance.txt, the table of shares (md, csv, json) and a PNG for every "
+                "requirement"
+            ),
             *MEANS,
         ],
     ),

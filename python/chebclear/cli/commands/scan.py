@@ -10,6 +10,8 @@ import numpy as np
 
 from ...base.quantities import Interval
 from ...base.shown import meant_or_known
+from ...report.document import Document
+from ...study.report.sweep import sweep_document
 from ...study.study import Study
 from ...templates.reader import load
 from ...templates.template import Template
@@ -59,7 +61,12 @@ def sweep(options: argparse.Namespace) -> None:
         "notices": [dataclasses.asdict(one) for one in found.notices],
     }
     pictures = {name: partial(found.plot, name) for name in found}
-    hand_over(options, found, "sweep", {"sweep": rows}, pictures, facts)
+    title = template.title or options.scene.name
+
+    def document() -> Document:
+        return sweep_document(found, title, template.scene())
+
+    hand_over(options, found, "sweep", {"sweep": rows}, pictures, facts, document)
 
 
 def _value(template: Template, options: argparse.Namespace, text: str) -> float:
@@ -99,7 +106,7 @@ COMMANDS = {
             Option("--discard", COUNT, "revolutions before them, for the starting transient to decay", 10),
             Option("--angle", Kind("JOINT"), "joint whose revolutions count (default: the driven one)"),
             *SETTINGS,
-            out("sweep.txt, the table of values (md, csv, json) and a PNG for every feature"),
+            out("report.html, sweep.txt, the table of values (md, csv, json) and a PNG for every feature"),
             THREADS,
         ],
     ),
