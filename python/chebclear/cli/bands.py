@@ -16,7 +16,7 @@ from ..study.report.document import study_document
 from ..study.report.extent import extent
 from ..study.report.summary import findings, suggestions
 from .output import Rows, draw, print_json, tell, write_table
-from .scenes import hint
+from .scenes import hint, template_of
 
 if TYPE_CHECKING:
     from ..execution.costs import Plan
@@ -67,6 +67,8 @@ def finish(
             write_table(table, folder, "verdicts", () if result.spec is None else result.spec.written)
             texts = [str(result), *([] if fit is None else [str(fit)]), *rankings]
             (folder / "result.txt").write_text("\n\n".join(texts) + "\n", encoding="utf-8")
+            if getattr(options, "workbook", None) is not None:
+                template_of(options).to_workbook(folder / "workbook.xlsx", result)
             checked = at_other_tolerances(result) if getattr(options, "check", False) else ()
             document = study_document(result, title, checked)
             if fit is not None:

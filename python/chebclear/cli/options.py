@@ -193,6 +193,12 @@ SCENE = (
         repeated=True,
     ),
 )
+WORKBOOK = Option(
+    "--workbook",
+    FILE,
+    "Excel workbook whose sheets parameters and requirements replace those of the file, as the command "
+    "workbook writes one; with --out a study writes workbook.xlsx with its results",
+)
 # Settings that replace those of the table [run].
 TIMES = (
     Option("--duration", Kind("T"), "simulated time [s], or with a unit as in '60 ms' (default: the file's)"),

@@ -41,6 +41,10 @@ _COMMANDS = {
         "commands.check",
         "check a scene file: its parts, what can move, what looks wrong, a picture",
     ),
+    "workbook": (
+        "commands.workbook",
+        "write the parameters and requirements of a scene file as an Excel workbook",
+    ),
     "show": ("show.command", "the mechanism in the browser: drag its crank and its parameters"),
     "run": ("commands.run", "simulate a scene once, at the nominal values of its parameters"),
     "study": (

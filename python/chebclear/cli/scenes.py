@@ -27,8 +27,14 @@ ORBIT = ("eccentricity", "eccentricity_x", "eccentricity_y", "penetration")
 
 
 def template_of(options: argparse.Namespace) -> Template:
-    """The template of the file that was named."""
-    return load(options.scene, changes=changes_of(options))
+    """The template of the file that was named, with the tolerances of a workbook if there is one."""
+    workbook = getattr(options, "workbook", None)
+    try:
+        return load(options.scene, changes=changes_of(options), workbook=workbook)
+    except ImportError as error:
+        if workbook is not None:
+            options.usage_error(f"argument --workbook: {error}")
+        raise
 
 
 def changes_of(options: argparse.Namespace) -> dict[str, Any]:

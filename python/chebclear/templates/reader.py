@@ -18,7 +18,7 @@ from ..scene.scene import Scene
 from ..scene.schema import Part, at_or_below
 from .changes import SECTIONS, changed
 from .expressions import CausedProblem, Expression, ExpressionError, ExpressionProblem, by_cause, parse
-from .parameters import read_parameters
+from .parameters import KEYS, read_parameters
 from .run_table import check_names, read_costs, read_features, read_requirements, read_run
 from .template import Template, path_text
 from .toml_text import MOST_CHARACTERS, Path, Place, pointed_at, read_toml
@@ -29,7 +29,12 @@ FORMAT = 1
 """Number of the scene file format."""
 
 
-def load(path: str | os.PathLike[str], *, changes: Mapping[str, Any] | None = None) -> Template:
+def load(
+    path: str | os.PathLike[str],
+    *,
+    changes: Mapping[str, Any] | None = None,
+    workbook: str | os.PathLike[str] | None = None,
+) -> Template:
     """Read a scene file.
 
     Parameters
@@ -40,6 +45,9 @@ def load(path: str | os.PathLike[str], *, changes: Mapping[str, Any] | None = No
         Values that replace those of the file, by the name of a parameter or the way to the value, such as
         ``{"rod_length": "130 mm", "joints.wrist.clearance": 2e-4, "run.samples": 101}``; texts are
         quantities and expressions.
+    workbook : path, optional
+        An Excel workbook whose sheets ``parameters`` and ``requirements`` replace values of the file, see the
+        documentation of workbooks; `changes` come after it. `Template.to_workbook` writes one.
 
     Returns
     -------
@@ -50,9 +58,12 @@ def load(path: str | os.PathLike[str], *, changes: Mapping[str, Any] | None = No
     Raises
     ------
     SceneError
-        With every problem that was found, each with its line and column and what would be accepted.
+        With every problem that was found, each with its line and column, or the cell of the workbook as in
+        ``parameters!C4``, and what would be accepted.
     OSError
-        If the file cannot be read.
+        If a file cannot be read.
+    ImportError
+        If there is a workbook and openpyxl is not installed.
 
     Examples
     --------
@@ -73,10 +84,16 @@ def load(path: str | os.PathLike[str], *, changes: Mapping[str, Any] | None = No
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise SceneError([(path.name, f"is not UTF-8 text: {error.reason} at byte {error.start}")]) from None
-    return loads(text, path.name, changes=changes)
+    return loads(text, path.name, changes=changes, workbook=workbook)
 
 
-def loads(text: str, name: str = "scene", *, changes: Mapping[str, Any] | None = None) -> Template:
+def loads(
+    text: str,
+    name: str = "scene",
+    *,
+    changes: Mapping[str, Any] | None = None,
+    workbook: str | os.PathLike[str] | None = None,
+) -> Template:
     """Read the text of a scene file.
 
     Parameters
@@ -87,10 +104,12 @@ def loads(text: str, name: str = "scene", *, changes: Mapping[str, Any] | None =
         What problems call the file.
     changes : mapping of str to object, optional
         As of `load`.
+    workbook : path, optional
+        As of `load`.
 
     Raises
     ------
-    SceneError
+    SceneError, OSError, ImportError
         As `load`.
 
     Examples
@@ -112,17 +131,53 @@ def loads(text: str, name: str = "scene", *, changes: Mapping[str, Any] | None =
         raise ArgumentTypeError(f"changes must map names to values, got {changes!r:.80}")
     places: Mapping[Path, Place] = {}
     replaced: list[str] = []
+    cells: Mapping[str, str] = {}
+    wrong: list[Problem] = []
     try:
         if text.lstrip()[:1] == "{" or name.endswith(".json"):
             values = _read_json(text)
         else:
             values, places = read_toml(text)
+        if workbook is not None:
+            # Here, as it takes the results of studies.
+            from .workbook import with_workbook
+
+            values, cells, wrong = with_workbook(values, workbook, KEYS)
         if changes:
             values, paths = changed(values, changes)
             replaced = [path_text(path) for path in paths]
-        return _Reader(values).template()
+        template = _Reader(values).template()
     except SceneError as error:
-        raise SceneError(_located(error.problems, places, text, name, replaced)) from None
+        kept = {path: cell for path, cell in cells.items() if not _is_below(path, replaced)}
+        # One cell has one problem: what the file makes of it after that is no news.
+        of_cells = [
+            one for one in _of_cells(error.problems, kept) if one.path not in {bad.path for bad in wrong}
+        ]
+        rest = [one for one in error.problems if _cell_of(one.path, kept) is None]
+        raise SceneError([*wrong, *of_cells, *_located(rest, places, text, name, replaced)]) from None
+    if wrong:
+        raise SceneError(wrong)
+    return template
+
+
+def _is_below(path: str, others: Iterable[str]) -> bool:
+    return any(at_or_below(path, other) for other in others)
+
+
+def _of_cells(problems: Iterable[Problem], cells: Mapping[str, str]) -> list[Problem]:
+    """The problems of what stands in cells of a workbook, each with its cell."""
+    return [
+        Problem(cell, f"{problem.path}: {problem.message}")
+        for problem in problems
+        if (cell := _cell_of(problem.path, cells)) is not None
+    ]
+
+
+def _cell_of(path: str, cells: Mapping[str, str]) -> str | None:
+    """The cell of a value, or of what it is a part of; None if it stands in none."""
+    while path and path not in cells:
+        path = path[: max(path.rfind("."), path.rfind("["), 0)]
+    return cells.get(path)
 
 
 def _read_json(text: str) -> dict[str, Any]:
@@ -149,11 +204,7 @@ def _located(
     text = text.replace("\r\n", "\n")
     lines = text.split("\n")
     by_text = {path_text(path): place for path, place in places.items()}
-    by_text = {
-        path: place
-        for path, place in by_text.items()
-        if not any(at_or_below(path, other) for other in replaced)
-    }
+    by_text = {path: place for path, place in by_text.items() if not _is_below(path, replaced)}
     found: list[tuple[tuple[int, int], Problem]] = []
     for problem in problems:
         path, place = problem.path, by_text.get(problem.path)

@@ -38,6 +38,7 @@ from .toml_text import Path, write_toml
 
 if TYPE_CHECKING:
     from ..study.requirements.conformance import Conformance
+    from ..study.results import StudyResult
     from ..study.study import Study
 
 
@@ -373,6 +374,38 @@ class Template:
         with replaced(path) as beside:
             beside.write_text(self.to_toml(), encoding="utf-8")
         return path
+
+    def to_workbook(
+        self, path: str | os.PathLike[str], result: StudyResult | Conformance | None = None
+    ) -> FilePath:
+        """Write parameters and requirements as sheets of an Excel workbook, and a result as a third one.
+
+        ``load(file, workbook=path)`` reads the same template back, to the last bit. An existing workbook is
+        replaced, unless it holds formulas or sheets of somebody's own.
+
+        Parameters
+        ----------
+        path : path
+            Where to; ``.xlsx`` is appended if there is no suffix.
+        result : StudyResult or Conformance, optional
+            What was found: its quantities, smallest, largest, how sure; in the units of the file.
+
+        Returns
+        -------
+        Path
+            The file written.
+
+        Raises
+        ------
+        ValueError, TypeError
+            If the result is of another kind, or a workbook of somebody's own is there.
+        ImportError
+            If openpyxl is not installed.
+        """
+        # Here, as few templates are written as workbooks.
+        from .workbook import write_workbook
+
+        return write_workbook(self.source, path, result)
 
 
 def evaluated(nominal: Mapping[str, float | Expression]) -> dict[str, float]:

@@ -240,11 +240,11 @@ def _write_table(values: Mapping[str, Any], path: tuple[str, ...], lines: list[s
     for key, value in values.items():
         if value is None:
             continue
-        section = isinstance(value, Mapping) and (not path or len(_inline(value)) > _WIDTH)
+        section = isinstance(value, Mapping) and (not path or len(inline(value)) > _WIDTH)
         if (section or _is_tables(value)) and not _is_empty(value):
             later.append((key, value))
         else:
-            lines.append(f"{_key_text(key)} = {_inline(value)}")
+            lines.append(f"{_key_text(key)} = {inline(value)}")
     for key, value in later:
         name = (*path, key)
         header = ".".join(map(_key_text, name))
@@ -277,7 +277,8 @@ def _quoted(text: str) -> str:
     return '"' + "".join(letters) + '"'
 
 
-def _inline(value: Any) -> str:
+def inline(value: Any) -> str:
+    """A plain value as TOML in one line; None is left out of tables."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -289,6 +290,6 @@ def _inline(value: Any) -> str:
             return repr(value)
         return "nan" if math.isnan(value) else "inf" if value > 0.0 else "-inf"
     if isinstance(value, Mapping):
-        pairs = [f"{_key_text(key)} = {_inline(item)}" for key, item in value.items() if item is not None]
+        pairs = [f"{_key_text(key)} = {inline(item)}" for key, item in value.items() if item is not None]
         return "{ " + ", ".join(pairs) + " }" if pairs else "{}"
-    return "[" + ", ".join(_inline(item) for item in value) + "]"
+    return "[" + ", ".join(inline(item) for item in value) + "]"

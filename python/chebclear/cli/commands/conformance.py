@@ -22,7 +22,7 @@ from ...study.requirements.specification import ALL
 from ...templates.reader import load
 from ...templates.template import Template
 from ..bands import EXIT_NOT_MET, hand_over, share_rows
-from ..options import COUNT, MEANS, NUMBER, SCENE, SETTINGS, Command, Kind, Option, out
+from ..options import COUNT, MEANS, NUMBER, SCENE, SETTINGS, WORKBOOK, Command, Kind, Option, out
 from ..output import require_writable
 from ..scenes import changes_of, plan_of, study_settings, template_of
 
@@ -266,6 +266,7 @@ COMMANDS = {
         "chebclear conformance examples/toggle_press.toml --runs 2000",
         [
             *SCENE,
+            WORKBOOK,
             Option("--runs", COUNT, "mechanisms, or the most", 1000),
             Option(
                 "--failures",
@@ -322,6 +323,7 @@ COMMANDS = {
         "chebclear allocate press.toml --share 0.99",
         [
             *SCENE,
+            WORKBOOK,
             Option("--share", NUMBER, "share of the mechanisms that keeps to all requirements [-]", 0.99),
             Option("--runs", COUNT, "runs that prove it", 2000),
             *(*_sure("share"), *SETTINGS),

@@ -19,6 +19,7 @@ from ..options import (
     SECONDS,
     SETTINGS,
     WORDS,
+    WORKBOOK,
     Command,
     Kind,
     Option,
@@ -125,6 +126,7 @@ COMMANDS = {
         "chebclear study examples/slider_crank.toml --out results",
         [
             *SCENE,
+            WORKBOOK,
             Option("--kind", list(_KINDS), "kind of study", "band"),
             Option(
                 "--runs",
