@@ -23,8 +23,8 @@ from ..data.exports import Exports
 from ..errors import ArgumentError, ArgumentTypeError
 from ..notices import Notice, WithNotices, issue
 from ..report import html
-from ..report.document import Document, Section, Table
-from ..run.report import version_fact, warnings_section
+from ..report.document import Document, Table
+from ..run.report import notices_section, version_fact
 from ..scene.distributions import Distribution
 from ..scene.scene import Interval
 from ..study.band.exact import binomial_cdf, exact_interval
@@ -304,7 +304,7 @@ class Centering(WithNotices, html.Reported, records.Saved, Named[Move], Exports,
                 *(f"{capital(one)}." for one in self._doubts()),
             ],
             first=[self.table, self.shares_table],
-            sections=[Section(one.title, one.blocks) for one in warnings_section(self.warnings)],
+            sections=notices_section(self.notices),
         )
 
     def _repr_html_(self) -> str:

@@ -18,7 +18,7 @@ from ..data.exports import Exports
 from ..notices import Notice, WithNotices
 from ..report import html
 from ..report.document import Cell, Document, Judgment, Section, Table, Verdict
-from ..run.report import version_fact, warnings_section
+from ..run.report import notices_section, version_fact
 
 TAIL = 0.00135
 """Share below and above the limits of three standard deviations [-] (ISO 22514)."""
@@ -354,7 +354,7 @@ class StackUp(WithNotices, html.Reported, records.Saved, Named[StackUpValue], Ex
             first=[self.table],
             sections=[
                 Section("What each tolerance adds", [self.contributions_table]),
-                *warnings_section(self.warnings),
+                *notices_section(self.notices),
             ],
         )
 

@@ -83,9 +83,7 @@ def test_mechanisms_are_compared_and_what_differs_is_named():
     assert found["peak"].unit == "N" and len(found["peak"].first) == 12
     assert found["reach"].pairs == 12
     text = "\n".join(found.changes)
-    assert (
-        'parameters.clearance: "15 µm ±5 µm" and "30 µm ±10 µm"' in text
-    )
+    assert 'parameters.clearance: "15 µm ±5 µm" and "30 µm ±10 µm"' in text
     assert "scene.joints.wrist.clearance: 1.5e-05 and 3e-05" in text
     # The same mechanisms as the studies themselves would simulate.
     function = tight.function("peak")
