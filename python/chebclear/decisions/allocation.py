@@ -29,6 +29,7 @@ from ..study.requirements.document import requirements
 from ..study.requirements.specification import Specification
 from ..study.study import Study
 from .least_cost.search import checked_search
+from .rare_result import RareShare
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -111,6 +112,9 @@ class Allocation(WithNotices, html.Reported, records.Saved, Named[Tolerance], Ex
         Warnings of the runs, each kind once.
     mechanism : str
         What the study is of, as its report names it; empty if that has no name.
+    rare : RareShare | None
+        The share outside with these tolerances, where less than 1e-3 may be: it is this that proves them, as
+        too few of the runs of `verified` are outside to tell. None where counting tells.
     """
 
     tolerances: dict[str, Tolerance]
@@ -126,6 +130,7 @@ class Allocation(WithNotices, html.Reported, records.Saved, Named[Tolerance], Ex
     seed: int
     notices: tuple[Notice, ...] = ()
     mechanism: str = ""
+    rare: RareShare | None = None
 
     @property
     def _by_name(self) -> dict[str, Tolerance]:
@@ -167,7 +172,8 @@ class Allocation(WithNotices, html.Reported, records.Saved, Named[Tolerance], Ex
     def __str__(self) -> str:
         table = self.table
         rows = [[str(cell) for cell in row] for row in table.rows]
-        text = [self._found, format_table(table.head, rows), str(self.verified), *self._savings()]
+        text = [self._found, format_table(table.head, rows), str(self.verified), *self._rare()]
+        text += self._savings()
         return "\n".join(text)
 
     @property
@@ -182,6 +188,10 @@ class Allocation(WithNotices, html.Reported, records.Saved, Named[Tolerance], Ex
         """Whether other tolerances than those of the study were found, and proven."""
         changed = any(not math.isclose(one.before, one.after) for one in self.tolerances.values())
         return changed and self.status in _PROVEN
+
+    def _rare(self) -> list[str]:
+        """The share outside where it is too rare to be counted."""
+        return [] if self.rare is None else [str(self.rare)]
 
     def _savings(self) -> list[str]:
         """By how much wider limits save a hundredth of the cost."""
@@ -225,6 +235,7 @@ def allocation_document(found: Allocation, title: str | None) -> Document:
         f"{in_percent(every.lower)} and {in_percent(every.upper)} with {100.0 * every.confidence:.4g} % "
         f"confidence; {in_percent(found.share)} were asked for.",
     ]
+    answer += [f"{capital(one)}." for one in found._rare()]
     if found.is_found:
         answer.append(f"They cost {found.cost:.4g} instead of {found.cost_before:.4g}.")
     answer += [f"{capital(one)}." for one in found._savings()] if found.status in _PROVEN else []
@@ -288,7 +299,8 @@ def allocate(
     share : float
         Share of the mechanisms that is to keep to all specifications [-].
     runs : int
-        Runs that verify a design [-]. The more, the less must be paid for their uncertainty.
+        Runs that verify a design [-]. The more, the less must be paid for their uncertainty. Where less than
+        1e-3 may be outside, some 40,000 more go on from the worst of them, as in `rare_share`.
     confidence : float
         Probability that a proven share is true, over all designs that were verified [-].
     rng : int, numpy.random.Generator or None
@@ -364,4 +376,5 @@ def allocate(
         seed=search.seed,
         notices=notices,
         mechanism=search.runner.spec.name,
+        rare=best.rare,
     )

@@ -188,6 +188,28 @@ def rare_share(
     return _split(_Answer(runner, watching, asked, watched, level, seed, most), first, rounds)
 
 
+def share_of(
+    runner: Runner,
+    asked: Mapping[str, Specification],
+    confidence: float,
+    seed: int,
+    plain: int,
+    factor: float,
+) -> RareShare:
+    """What `rare_share` finds of a study, with arguments that are checked."""
+    watching, watched = _checked_watching(Checks(), runner, asked)
+    rounds = _rounds(factor, None)
+    first = max(plain, _PIECE, _DRAWS_OVER_KEPT * rounds.kept)
+    return _split(_Answer(runner, watching, asked, watched, confidence, seed, MOST_RUNS), first, rounds)
+
+
+def expected_runs(plain: int, factor: float) -> int:
+    """Runs of the answer to a typical share."""
+    rounds = _rounds(factor, None)
+    first = max(plain, _PIECE, _DRAWS_OVER_KEPT * rounds.kept)
+    return first + rounds.expected(-math.log(_TYPICAL), first)
+
+
 def _split(answer: _Answer, first: int, rounds: Rounds) -> RareShare:
     """The answer by counting and splitting at all places of parameters that are intervals."""
     at = places(answer.runner.parameters, 0, 0)

@@ -6,6 +6,8 @@ from statistics import NormalDist
 import chebclear as cc
 import numpy as np
 import pytest
+from chebclear.decisions.least_cost.search import checked_search
+from refusals import refuses
 
 B = np.array([0.02, 0.03, 0.05])
 S = np.array([1.0, -2.0, 0.5])
@@ -182,6 +184,57 @@ def test_tolerances_that_a_jump_hides_from_the_model_are_not_replaced_by_more_ex
     found = cc.allocate(study, cost, cc.require("y", above=-0.1, below=0.1))
     # With the tolerances of the study 32 of a million are outside: those with a above 0.02.
     assert found.status == "met" and found.cost <= found.cost_before
+
+
+def searched(looks, own):
+    """What a search ends with whose looks are (tolerance, model keeps, missing), and whose own tolerance is
+    0.03 with `own` missing; a tolerance costs its inverse."""
+    study = cc.Study(lambda a: {"gap": a}, {"a": cc.normal(0.0, 0.01)})
+    cost = {"a": lambda t: 1.0 / t}
+    search = checked_search(study.runner, cost, LIMIT, 0.99, 1000, 0.95, 0)
+    remaining = iter(looks)
+    missing = {0.03: own} | {tolerance: more for tolerance, _, more in looks}
+
+    def settled(design, outside, offset):
+        tolerance, keeps, _ = next(remaining)
+        return np.array([tolerance]), keeps, None
+
+    search.settled = settled
+    search.verified = lambda design, level, allowed: (None, missing[round(float(design[0]), 9)], None)
+    return search.found()
+
+
+def test_it_never_ends_above_the_cost_of_a_design_that_was_proven():
+    # The runs prove what the model thought too wide; what it finds then costs more.
+    found = searched([(0.04, False, -1.0), (0.02, True, -1.0)], own=1.0)
+    assert found.design.tolist() == [0.04] and found.missing < 0.0
+    # The model finds nothing that runs prove, while they prove the dearer tolerances of the study.
+    looks = [(0.2, True, 1.0), (0.15, True, 1.0), (0.1, True, 1.0)]
+    found = searched(looks, own=-1.0)
+    assert found.design.tolist() == [0.03] and found.missing < 0.0
+    assert searched(looks, own=1.0).design.tolist() == [0.1]
+
+
+@pytest.mark.parametrize("share", [0.9999, 0.99999])
+def test_shares_too_rare_to_be_counted_are_proven_by_splitting(share):
+    """The aim is that of Lagrange; the true share outside is in the interval and below the wanted one."""
+    pytest.importorskip("scipy")
+    found = cc.allocate(study_of(cc.normal(0.0, 0.01)), COST, LIMIT, share, 500)
+    assert found.status == "met" and found.rare.upper < 1.0 - share and found.rare.verdict == "known"
+    outside = 2.0 * NormalDist().cdf(-3.0 * T / np.linalg.norm(S * after(found)))
+    assert outside == pytest.approx(1.0 - found.aimed, rel=1e-6)
+    assert found.rare.lower < outside < found.rare.upper
+    reach = 3.0 * T / NormalDist().inv_cdf(0.5 + 0.5 * found.aimed)
+    root = np.sqrt(((B * np.abs(S)) ** (2 / 3)).sum())
+    assert found.cost == pytest.approx(root**3 / reach, rel=1e-7)
+    assert "of a million outside" in str(found) and found.runs < 60_000
+
+
+def test_rare_shares_take_few_intervals():
+    sides = {"a": cc.normal(0.0, 0.01)} | {name: cc.Interval(-1e-3, 1e-3) for name in "bcd"}
+    study = cc.Study(lambda a, b, c, d: {"gap": a + b + c + d}, sides)
+    with refuses("parameters"):
+        cc.allocate(study, {"a": COST["a"]}, LIMIT, share=0.9999)
 
 
 def test_scatter_leaves_less_for_tolerances():

@@ -179,7 +179,7 @@ def allocate(options: argparse.Namespace) -> int | None:
     means = study_settings(template, options)
     study = template.study(**means)
     if options.plan:
-        _planned(template, means, expected_runs(study.runner, options.runs), options)
+        _planned(template, means, expected_runs(study.runner, options.runs, options.share), options)
         return None
     found = cheapest_tolerances(
         study,
@@ -206,6 +206,7 @@ def allocate(options: argparse.Namespace) -> int | None:
         "status": found.status,
         "cost": found.cost,
         "saving": found.saving,
+        "outside at most": None if found.rare is None else found.rare.upper,
         "seed": found.seed,
     }
     facts |= {"tolerances": rows, "shares": share_rows(found.verified)}

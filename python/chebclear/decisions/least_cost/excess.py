@@ -23,6 +23,9 @@ _ROUNDING = 1e-9
 _EXACT, _DRAWN = 1e-14, 1e-5
 # Halvings that find a level of a distribution to its rounding.
 _HALVINGS = 80
+# Draws beyond a level from which on it is known. A rarer one goes on from this level and one with so many
+# times the draws: a model that only aims, since runs prove the design.
+_COUNTED, _APART = 50, 4
 _NORMAL = NormalDist()
 
 
@@ -141,7 +144,9 @@ class ExcessModel:
             each = [terms @ own for own in self.terms.T]
         values = np.array(each) + self._rest_of_draws
         highest = values.max(axis=0)
-        rank = int(outside * len(places))
+        # Without draws, in the worst case, none may be outside.
+        counted = max(outside, min(_COUNTED / len(places), 0.01)) if outside else 0.0
+        rank = int(counted * len(places))
         last = min(2 * rank, len(places) - 1)
         largest = np.argpartition(-highest, last)[: last + 1]
         order = largest[np.argsort(-highest[largest])]
@@ -154,7 +159,19 @@ class ExcessModel:
         ]
         slopes = np.mean(np.array(along).T / half * places[near], axis=0)
         parts = np.bincount(limit, minlength=len(values)) / len(near)
-        return float(highest[order[rank]]), slopes, parts
+        highest_there = float(highest[order[rank]])
+        if counted > outside:
+            # On by the normal scores of two levels: exact where values are normal, less far where they end.
+            second = min(_APART * rank, len(places) // 2)
+            low = -float(np.partition(-highest, second)[second])
+            scores = [-_NORMAL.inv_cdf(share) for share in (outside, counted, second / len(places))]
+            value = highest_there + (highest_there - low) * (scores[0] - scores[1]) / (scores[1] - scores[2])
+            shift = np.where(np.isnan(corner), 0.0, corner) * tolerances
+            center = legendre_terms(((self.nominal + shift - middle) / half)[None, :], self.powers)[0]
+            about = float(parts @ (center @ self.terms))
+            beyond = (value - about) / (highest_there - about) if highest_there > about else 1.0
+            return value, beyond * slopes, parts
+        return highest_there, slopes, parts
 
     def _of_normal(self, tolerances: Array, outside: float, corner: Array) -> tuple[float, Array, Array]:
         """By the normal distribution: the probabilities beyond both limits, which exclude each other."""

@@ -6,6 +6,7 @@ import math
 from bisect import bisect_left
 from collections.abc import Mapping
 from dataclasses import astuple, dataclass, field, replace
+from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
@@ -28,6 +29,8 @@ from ...study.runner import Runner
 from ...study.sources.finished import FinishedRuns
 from ...study.sources.scenes import MOST_RUNS
 from ...study.spec import declared_order
+from .. import rare
+from ..rare_result import RareShare
 from ..trace import made_at
 from .costs import Price, prices_of
 from .excess import Exceeded, ExcessModel, Keeps, cheapest, cheapest_of, cost_slopes, total
@@ -35,6 +38,14 @@ from .excess import Exceeded, ExcessModel, Keeps, cheapest, cheapest_of, cost_sl
 LOOKS = 3
 """Designs found that are verified, each by fresh runs and at half of the risk of the one before; at the risk
 that is left, the tolerances of the study are, where no cheaper ones were found."""
+RARE = 1e-3
+"""Share outside below which `rare_share` verifies designs, as counting would take too many runs [-]."""
+# The factor of these, and the deviation of the logarithm of a share by it [-].
+_FACTOR = 1.5
+_DEVIATION = math.log(_FACTOR) / NormalDist().inv_cdf(0.975)
+# Least part of the deviation of a quantity by which a design that such runs do not prove is corrected, and
+# how many times the wanted share may be what they say.
+_LEAST_MISSING, _MOST_RATIO = 1e-6, 1e3
 # Probability that the runs prove a design whose share outside is the one aimed at.
 _POWER = 0.9
 # Least and most runs for a model, between them a quarter of those that verify.
@@ -45,6 +56,8 @@ _TRUST, _MODELS = 3.0, 6
 _SETTLED = 0.05
 # Draws for the share outside of a model: so many, or as many as have so many outside, and the most.
 _DRAWS, _DRAWS_OUTSIDE, _MOST_DRAWS = 20_000, 50, 200_000
+# Where the share is too rare to be counted in draws either.
+_RARE_DRAWS = 100_000
 # Part of the deviation of a quantity within which a limit binds, and of a tolerance that is at its end.
 _BINDS = 1e-4
 
@@ -66,6 +79,8 @@ class Found(NamedTuple):
     """Shares of fresh runs."""
     missing: float
     """What the limits must be widened by for these to prove the share; below 0 if they do."""
+    rare: RareShare | None = None
+    """The share outside, where it is too rare to be counted."""
 
 
 @dataclass(eq=False)
@@ -116,6 +131,11 @@ class Search:
         return np.asarray(self._every[self.costed])
 
     @property
+    def is_rare(self) -> bool:
+        """Whether the share that may be outside is too rare to be counted."""
+        return not self.is_worst_case and 1.0 - self.share < RARE
+
+    @property
     def is_worst_case(self) -> bool:
         """Whether all mechanisms must keep to the requirements: no parameter has a distribution."""
         return not self.runner.random
@@ -140,21 +160,35 @@ class Search:
         for look in range(LOOKS):
             level, allowed, outside = self.aim(look)
             design, keeps, model = self.settled(design, outside, offset)
-            verified, missing = self.verified(design, level, allowed)
-            last = Found(design, keeps, model, outside, offset, verified, missing)
-            if missing < 0.0:
+            last = self._looked(
+                Found(design, keeps, model, outside, offset, *self.verified(design, level, allowed))
+            )
+            if last.missing < 0.0 and (proven is None or self.spent(design) < self.spent(proven.design)):
                 proven = last
-            if keeps == (missing < 0.0):
+            if keeps == (last.missing < 0.0):
                 break
-            offset += missing
-        best = proven or last
-        own = self.before
-        if self._is_open(own) and self.spent(own) <= self.spent(best.design):
+            offset += last.missing
+        best, own = proven or last, self.before
+        # Without a design that is proven any other one is better, whatever it costs.
+        if self._is_open(own) and (proven is None or self.spent(own) <= self.spent(proven.design)):
             level, allowed, outside = self.aim(LOOKS)
-            verified, missing = self.verified(own, level, allowed)
-            if missing < 0.0:
-                return Found(own, True, best.model, outside, offset, verified, missing)
+            found = Found(own, True, best.model, outside, offset, *self.verified(own, level, allowed))
+            if self._looked(found).missing < 0.0:
+                return self._looked(found)
         return best
+
+    def _looked(self, found: Found) -> Found:
+        """What is missing where rare shares verify: by the model, from the share that they say at most."""
+        if found.rare is None:
+            return found
+        wanted = 1.0 - self.share
+        ratio = wanted / max(found.rare.upper, wanted / _MOST_RATIO)
+        levels = [
+            float(self._exceeded(found.model, share, 0.0)(found.design).values.max())
+            for share in (found.outside * max(ratio, 1.0 / _MOST_RATIO), found.outside)
+        ]
+        missing = max(abs(levels[0] - levels[1]), _LEAST_MISSING)
+        return found._replace(missing=-missing if ratio > 1.0 else missing)
 
     def _is_open(self, design: Array) -> bool:
         """Whether costs are known for these tolerances: in a catalog, those that stand in it."""
@@ -174,6 +208,10 @@ class Search:
         level = 1.0 - (1.0 - self.confidence) / 2.0 ** (look + 1)
         if self.is_worst_case:
             return level, 0, 0.0
+        if self.is_rare:
+            normal = NormalDist()
+            reach = normal.inv_cdf(0.5 + 0.5 * level) + normal.inv_cdf(_POWER)
+            return level, 0, (1.0 - self.share) * math.exp(-reach * _DEVIATION)
         allowed = most_outside(self.count, 1.0 - self.share, level)
         # The share outside with which no more than that are so with the power.
         return level, allowed, exact_interval(allowed + 1, self.count, 2.0 * _POWER - 1.0)[0]
@@ -189,8 +227,11 @@ class Search:
                 break
         return design, keeps, model
 
-    def verified(self, design: Array, level: float, allowed: int) -> tuple[Conformance, float]:
-        """Shares of fresh runs, and by what these prove the share if it is below 0, else what is missing."""
+    def verified(
+        self, design: Array, level: float, allowed: int
+    ) -> tuple[Conformance, float, RareShare | None]:
+        """Shares of fresh runs, by what these prove the share if it is below 0, else what is missing, and the
+        share outside where it is too rare to be counted."""
         parameters, seed = self.parameters(design), self._fresh_seed()
         at, among = places(parameters, 0, 0), parameters
         extra: list[Array] = []
@@ -206,7 +247,12 @@ class Search:
         found = Conformance(shares, points[0], tuple(parameters), seed, tuple(self.notices.values()))
         missing = [np.sort(self._excess(one).max(axis=1))[-1 - allowed] for one in extremes]
         missing += [self._excess(self._extremes(one)).max() for one in extra]
-        return found, float(max(missing))
+        outside = None
+        if self.is_rare:
+            own = replace(self.runner, parameters=parameters)
+            outside = rare.share_of(own, self.asked, level, self._fresh_seed(), self.count, _FACTOR)
+            self.made += outside.runs
+        return found, float(max(missing)), outside
 
     def saving(self, best: Found) -> dict[str, float]:
         """What the cost falls by for each requirement whose limits are widened, to both sides."""
@@ -257,6 +303,8 @@ class Search:
         draws = np.full((int(kept.sum()), len(sides)), np.nan)
         if not self.is_worst_case:
             count = int(np.clip(_DRAWS_OUTSIDE / outside, _DRAWS, _MOST_DRAWS))
+            if self.is_rare:
+                count = _RARE_DRAWS
             draws = drawn(self.runner.parameters, self._order, count, self.seed)
             draws = (draws - self._nominal) / self._every
         ends = [
@@ -341,10 +389,11 @@ def model_runs(count: int, sides: int) -> int:
     return max(3 * sides, int(np.clip(count // 4, *_MODEL_RUNS)))
 
 
-def expected_runs(runner: Runner, runs: int) -> int:
+def expected_runs(runner: Runner, runs: int, share: float) -> int:
     """Runs of a search that ends at its first look: two models, the second around the first's design, and
     those that verify it. Each model and each look more adds its own."""
-    return 2 * model_runs(runs, len(runner.intervals)) + runs * len(places(runner.parameters, 0, 0))
+    each = runs + (rare.expected_runs(runs, _FACTOR) if runner.random and 1.0 - share < RARE else 0)
+    return 2 * model_runs(runs, len(runner.intervals)) + each * len(places(runner.parameters, 0, 0))
 
 
 def checked_search(
@@ -379,7 +428,14 @@ def checked_search(
             f"must have at most {MOST_INTERVALS} only known as intervals, whose corners are all tried, "
             f"got {len(only)}: give the others a distribution",
         )
-    if runner.random and not any(map(checks.noted, ("share", "runs", "confidence"))):
+    is_rare = bool(runner.random) and 1.0 - wanted < RARE
+    if is_rare and len(only) > rare.MOST_INTERVALS:
+        checks.add(
+            "parameters",
+            f"must have at most {rare.MOST_INTERVALS} only known as intervals where less than {RARE:g} may "
+            f"be outside, got {len(only)}: each corner takes a splitting of its own",
+        )
+    if runner.random and not is_rare and not any(map(checks.noted, ("share", "runs", "confidence"))):
         # None outside, at the last look.
         least = math.ceil(math.log((1.0 - level) / 2.0 ** (LOOKS + 1)) / math.log(wanted))
         if count < least:
