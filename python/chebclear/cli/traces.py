@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..decisions.identification import Identification, identify
 from ..decisions.measured import Agreement, Measured, load_measured as load_measured
-from ..decisions.trace import TraceFeature, column_of
 from ..report.document import Items, Picture, Section
-from ..run.features import Feature, rms
 from ..study.results import StudyResult
 from ..study.study import Study
 from .output import Rows
@@ -64,14 +62,5 @@ def fit_of(made: Study, result: StudyResult, trace: Measured, options: argparse.
     """The trace beside the bands of a study, and the parameters if they are asked for."""
     found = None
     if options.identify:
-        features = _measurable(made, trace)
-        found = identify(made, trace, options.identify, features, noise=dict(options.noise))
+        found = identify(made, trace, options.identify, noise=dict(options.noise))
     return TraceFit(trace.compare(result), found)
-
-
-def _measurable(made: Study, trace: Measured) -> dict[str, TraceFeature]:
-    """The features of a study that a trace holds, or else the rms of its outputs."""
-    given = {name: one for name, one in made.features.items() if isinstance(one, Feature)}
-    return {name: one for name, one in given.items() if column_of(one) in trace} or {
-        f"rms of {name}": rms(name) for name in trace
-    }

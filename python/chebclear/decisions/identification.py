@@ -247,7 +247,11 @@ class Identification(records.Saved, Exports, kind="identification"):
             along = ", ".join(f"{name} {part:+.2f}" for name, part in one.items())
             lines.append(f"not identifiable along {along} (in half widths of the intervals)")
         if self.open_ends:
-            lines.append(f"the region reaches an end of the interval of {listed(self.open_ends)}")
+            level = f"{100.0 * self.confidence:g} %"
+            lines.append(
+                f"the region reaches an end of the interval of {listed(self.open_ends)}: there {level} is "
+                "approximate; contains(parameters, runs=99) is exact"
+            )
         return "\n".join(lines)
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
@@ -261,7 +265,7 @@ def identify(
     source: Study | StudyResult,
     measured: Measured,
     parameters: Sequence[str],
-    features: Sequence[TraceFeature | str] | Mapping[str, TraceFeature],
+    features: Sequence[TraceFeature | str] | Mapping[str, TraceFeature] | None = None,
     *,
     confidence: float = 0.9,
     runs: int = 400,
@@ -283,7 +287,9 @@ def identify(
         The trace, equally spaced, in the time of the model. What is outside of that of the study is left out.
     parameters : sequence of str
         Names of the parameters to find.
-    features : sequence or mapping by name
+    features : sequence or mapping by name, optional
+        Those of the study that are steady (`rms`, `mean`, `contact_share`, `impacts`, those of samples), or
+        else the rms of each measured output, if not given; extremes only if they are asked for.
         Such as ``[features.rms("slider.ax"), features.BandPower("slider.ax", 200.0, 2000.0)]``, of outputs
         that were measured, or names of features of the study. `contact_share` and `impacts` of a joint are
         taken from its output ``"JOINT.contact"``. Only statistics of many impacts: single values are not

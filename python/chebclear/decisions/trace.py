@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
 
 import numpy as np
 from numpy.random import default_rng
@@ -16,7 +17,7 @@ from ..base.units import unit
 from ..errors import ArgumentError
 from ..execution.failures import AllFailedError
 from ..notices import Notice
-from ..run.features import JOINT_KINDS, Feature
+from ..run.features import JOINT_KINDS, Feature, rms
 from ..scene.columns import column_unit
 from ..scene.scene import Interval
 from ..study.features.traces import Crossings, OfSamples
@@ -33,6 +34,8 @@ TraceFeature = Feature | OfSamples
 
 # Impacts as they are seen in samples.
 _OF_CONTACT = ("contact_share", "impacts")
+# Statistics of many impacts. An extreme is one of them, which is another one in the next run.
+_STEADY = ("rms", "mean", *_OF_CONTACT)
 
 
 @dataclass(frozen=True)
@@ -77,12 +80,35 @@ def _value(feature: TraceFeature, t: Array, values: Array) -> Array:
     return sampled_feature(Feature(kind, column_of(feature)), t, values, 1)[..., 0]
 
 
+def steady_features(
+    own: Mapping[str, object], measured: Measured, outputs: Sequence[str] | None
+) -> dict[str, TraceFeature]:
+    """The features of a study that are statistics of what was measured, or else the rms of its outputs."""
+    found = {
+        name: one
+        for name, one in own.items()
+        if isinstance(one, OfSamples) or (isinstance(one, Feature) and one.kind in _STEADY)
+    }
+    known = {name: one for name, one in found.items() if column_of(one) in measured}
+    named = [name for name in measured if outputs is None or any(fnmatchcase(name, one) for one in outputs)]
+    return known or {f"rms of {name}": rms(name) for name in named}
+
+
+def _outputs_of(source: Study | StudyResult) -> Sequence[str] | None:
+    """Names of the outputs of a model; None if it says them only when it is run."""
+    if isinstance(source, StudyResult):
+        return source.outputs
+    return source.runner.settings.outputs if source.runner.settings is not None else None
+
+
 def asked_features(
     checks: Checks, given: object, source: Study | StudyResult, measured: Measured
 ) -> dict[str, TraceFeature]:
-    """The features by name."""
+    """The features by name; of none those that are steady."""
     spec = source.runner.spec if isinstance(source, Study) else source.spec
     own = {} if spec is None else spec.features
+    if given is None:
+        given = steady_features(own, measured, _outputs_of(source))
     if isinstance(given, Mapping):
         pairs = list(given.items())
     elif isinstance(given, list | tuple):

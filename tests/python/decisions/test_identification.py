@@ -88,7 +88,26 @@ def test_only_the_product_is_told_where_only_the_product_matters(result):
     # Of b nothing is known from y.
     blind = cc.identify(result, trace, ["b"], [cc.features.mean("y")], noise={"y": 0.1})
     assert blind.status == "not_identifiable" and blind.directions == ({"b": 1.0},)
-    assert blind.open_ends == ("b",)
+    assert blind.open_ends == ("b",) and "there 90 % is approximate" in str(blind)
+
+
+def test_without_features_the_steady_ones_are_taken():
+    trace = noisy(1, 1.8, 1.1)
+    rms, mean, power = cc.features.rms("x"), cc.features.mean("y"), BandPower("x", 5.0, 8.0)
+    own = {"top": cc.features.peak("x"), "level": mean, "power": power, "span": cc.features.peak_to_peak("y")}
+    noise = {"x": 0.1, "y": 0.1}
+    found = cc.identify(study(features=own), trace, ["a", "b"], noise=noise, runs=100)
+    asked = cc.identify(study(), trace, ["a", "b"], {"level": mean, "power": power}, noise=noise, runs=100)
+    assert list(found.features) == ["level", "power"] and found.features == asked.features
+    assert found.contains({"a": 1.8, "b": 1.1}) and found.ranges == asked.ranges
+    # Without any of them the rms of what was measured.
+    only = study(features={"top": cc.features.peak("x")})
+    found = cc.identify(only, trace, ["a", "b"], noise=noise, runs=100)
+    assert list(found.features) == ["rms of x", "rms of y"]
+    assert (
+        found.features["rms of x"]
+        == cc.identify(only, trace, ["a"], {"r": rms}, noise={"x": 0.1}, runs=100).features["r"]
+    )
 
 
 def test_a_wrong_model_is_rejected(result):

@@ -178,8 +178,8 @@ COMMANDS = {
             Option(
                 "--identify",
                 WORDS,
-                "parameters to find from --measured, by the features of the file that it holds, or else the "
-                "rms",
+                "parameters to find from --measured, by the steady features of the file that it holds, or "
+                "else the rms",
             ),
             Option(
                 "--noise",
