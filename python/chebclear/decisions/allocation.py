@@ -25,7 +25,6 @@ from ..run.report import notice_doubts, notices_section, version_fact
 from ..scene.distributions import Distribution
 from ..scene.scene import Interval
 from ..study.requirements.conformance import Conformance, in_percent
-from ..study.requirements.document import requirements
 from ..study.requirements.specification import Specification
 from ..study.study import Study
 from .least_cost.search import checked_search
@@ -238,7 +237,7 @@ def allocation_document(found: Allocation, title: str | None) -> Document:
     answer += [f"{capital(one)}." for one in found._rare()]
     if found.is_found:
         answer.append(f"They cost {found.cost:.4g} instead of {found.cost_before:.4g}.")
-    answer += [f"{capital(one)}." for one in found._savings()] if found.status in _PROVEN else []
+    answer += [f"{one}." for one in found._savings()] if found.status in _PROVEN else []
     # Where nothing was found, tolerances that stay as they are say nothing.
     is_shown = found.is_found or found.status == "unproven"
     picture = Picture("By how much each tolerance was closed or opened.", found.plot)
@@ -253,7 +252,8 @@ def allocation_document(found: Allocation, title: str | None) -> Document:
         facts=[f"{found.runs:,} runs", version_fact()],
         answer=answer,
         doubts=notice_doubts(found.notices),
-        first=[*([found.table] if is_shown else []), *requirements(found.verified)],
+        # The share that was asked for is to be kept, not every mechanism.
+        first=[*([found.table] if is_shown else []), found.verified.table],
         sections=[
             Section("How the tolerances change", [picture])
             if is_shown

@@ -6,6 +6,7 @@ from statistics import NormalDist
 import chebclear as cc
 import numpy as np
 import pytest
+from chebclear.decisions.allocation import allocation_document
 from chebclear.decisions.least_cost.search import checked_search
 from refusals import refuses
 
@@ -324,3 +325,27 @@ def test_bad_input_is_told_at_once():
         cc.allocate(inches, {"a": {"IT7": 1.0}}, LIMIT)
     with pytest.raises(cc.errors.ArgumentError):
         cc.allocate(inches, {"a": {"7 um": 1.0}}, LIMIT)
+
+
+def test_a_report_names_the_mechanism_and_says_where_nothing_was_found():
+    def stack(plate, spacer):
+        return {"gap": 50.5 - plate - 2 * spacer}
+
+    sides = {"plate": cc.normal(30.0, 0.02), "spacer": cc.normal(10.0, 0.02)}
+    # Of these catalogs the tolerances of the study, three standard deviations, are the cheapest that do.
+    cost = {"plate": {0.06: 3, 0.6: 3}, "spacer": {0.06: 4}}
+    for limits, word, judgment in (
+        ({"above": -10.0}, "The widest tolerances", "good"),
+        ({"above": 0.6}, "No cheaper tolerances found: the nominal values break the requirements.", "bad"),
+    ):
+        found = cc.allocate(cc.Study(stack, sides), cost, cc.require("gap", **limits), 0.9, 400)
+        document = allocation_document(found, None)
+        assert document.title.endswith("stack: which tolerances cost least and keep the requirements?")
+        assert document.answer[0].word.startswith(word) and document.answer[0].judgment == judgment
+        tables = [one.caption for one in document.first]
+        assert tables == (["Tolerances"] if found.is_found else []) + ["Shares in specification"]
+    same = {"plate": {0.06: 3}, "spacer": {0.06: 4}}
+    found = cc.allocate(cc.Study(stack, sides), same, cc.require("gap", above=-10.0), 0.9, 400)
+    first = allocation_document(found, None).answer[0].word
+    assert first.startswith("No cheaper tolerances found: those of the study stay")
+    assert "cheapest" not in str(found)

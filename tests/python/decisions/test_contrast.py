@@ -4,6 +4,7 @@ import chebclear as cc
 import numpy as np
 import pytest
 from chebclear.decisions.contrast import _median_between
+from chebclear.decisions.contrast_report import contrast_document
 from refusals import refuses
 
 
@@ -142,3 +143,21 @@ def test_machines_that_have_not_settled_are_said_to_be_so():
         assert about == ([] if settled else [("speed",)])
     # Settled: the closed form.
     assert found["speed"].median == pytest.approx(1.0 / 0.6 - 1.0 / 0.5, abs=1e-5)
+
+
+def test_a_report_says_first_which_design_is_better_in_which_requirement():
+    def shaft(gap, thread):
+        return {"play": gap - thread, "weight": 2.0 * gap + 0.0 * thread}
+
+    gaps = {"thread": cc.normal(10.0, 0.02)}
+    wide, narrow = (cc.Study(shaft, {"gap": cc.normal(10.1, s), **gaps}) for s in (0.05, 0.01))
+    limits = {"loose": cc.require("play", above=0.05), "light": cc.require("weight", below=20.199)}
+    first, *more = contrast_document(cc.contrast(wide, narrow, limits, 400), None, ("A", "B")).answer
+    # Of loose 85 and 99 % keep to it; the limit of light lies at the median of both.
+    assert (first.word, first.judgment) == (
+        "The second design is better in loose; neither is shown to be better in light.",
+        "good",
+    )
+    assert more[0].startswith("loose, play above 0.05: 8") and more[1].startswith("light, ")
+    same = contrast_document(cc.contrast(wide, wide, limits, 100), None).answer[0]
+    assert (same.word, same.judgment) == ("Neither is shown to be better in loose and light.", "fair")

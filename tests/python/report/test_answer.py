@@ -21,6 +21,9 @@ from chebclear.study.report.extent import extent
 def test_a_column_is_flush_right_if_all_of_it_are_numbers():
     table = Table("c", ["a", "b", "c", "d"], [["x", "1 mm", "2", "-"], ["y", "-", "auto", "-"]])
     assert [table.in_numbers(column) for column in range(4)] == [False, True, False, False]
+    # A sentence that begins with a number is none: it takes several lines.
+    said = Table("c", ["a", "b"], [["x", "90 of 100 further mechanisms stay inside for the whole run"]])
+    assert not said.in_numbers(1)
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,7 @@
 """Reports make no runs, unless they are asked to."""
 
 import json
+import math
 import re
 
 import chebclear as cc
@@ -82,6 +83,17 @@ def test_the_drawing_moves_as_the_nominal_run_does(results):
     crank = result.nominal_poses[:, 0, 2]
     slider = 0.05 * np.cos(crank) + np.sqrt(0.12**2 - (0.05 * np.sin(crank)) ** 2)
     assert result.nominal_poses[:, -1, 0] == pytest.approx(slider, abs=1e-4)
+
+
+def test_bodies_have_their_names_in_the_drawing_that_moves(results, tmp_path):
+    result, _ = results["band"]
+    (panel,) = film_of(result.report(tmp_path / "named.html"))["panels"]
+    names = {one["text"]: one for one in panel["labels"]}
+    assert list(names) == ["crank", "rod", "slider"]
+    # In the middle of the crank at the start, and with it.
+    x, y = names["crank"]["at"]
+    assert math.hypot(x, y) == pytest.approx(0.025, abs=1e-6)
+    assert len(panel["transforms"][names["crank"]["moves"]]) == 31
 
 
 def test_what_another_tolerance_would_give_is_asked_for(results, runs_made, tmp_path):
