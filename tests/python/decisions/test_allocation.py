@@ -209,7 +209,7 @@ def test_it_never_ends_above_the_cost_of_a_design_that_was_proven():
     # The runs prove what the model thought too wide; what it finds then costs more.
     found = searched([(0.04, False, -1.0), (0.02, True, -1.0)], own=1.0)
     assert found.design.tolist() == [0.04] and found.missing < 0.0
-    # The model finds nothing that runs prove, while they prove the dearer tolerances of the study.
+    # The model finds nothing that runs prove, while they prove the more expensive tolerances of the study.
     looks = [(0.2, True, 1.0), (0.15, True, 1.0), (0.1, True, 1.0)]
     found = searched(looks, own=-1.0)
     assert found.design.tolist() == [0.03] and found.missing < 0.0
