@@ -49,7 +49,7 @@ class Contribution(records.ArrayRecord):
     unit : str
         Its SI unit; empty if it is not known.
     tolerance : float
-        Half of its interval, three standard deviations where it is normal [SI unit of the parameter].
+        Half of its interval, three standard deviations where it is normal, in the unit of the parameter.
     slope : float
         Change of the value for each unit of the parameter: between both ends of the tolerance, all others at
         the middle of theirs [SI units].

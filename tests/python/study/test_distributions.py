@@ -167,7 +167,7 @@ class TestDistributions:
         given = own.in_unit("mm")
         for back in (
             pickle.loads(pickle.dumps(given)),
-            Distribution.of_facts(json.loads(json.dumps(given.facts()))).in_unit("mm"),
+            Distribution.from_facts(json.loads(json.dumps(given.facts()))).in_unit("mm"),
             eval(_written(given), {"cc": cc}).in_unit("mm"),
         ):
             assert back == own and type(back) is type(own) and back.unit == "mm" == back.interval.unit
@@ -305,7 +305,7 @@ def test_a_sample_does_not_know_what_is_beyond_its_ends():
         np.testing.assert_allclose(
             [one.cdf(one.upper_quantile(share)) for share in shares], 1.0 - shares, rtol=1e-2
         )
-        back = Distribution.of_facts(json.loads(json.dumps(one.facts())))
+        back = Distribution.from_facts(json.loads(json.dumps(one.facts())))
         assert back == one and back.moved(1.0).support == pytest.approx(np.array(one.support) + 1.0)
     # At a limit of its own the sample has no room for what it has not seen.
     assert cc.distributions.sampled(values, lower=values.min()).cdf(values.min()) == 0.0
