@@ -344,7 +344,7 @@ def allocate(
         elif free:
             place, part = best.model.deciding(free)
             decides = list(search.runner.parameters)[place] if part > 0.5 else ""
-    notices = tuple(search.notices.values())
+    notices = tuple(search.runs.notices.values())
     issue(notices)
     units, before, after = search.runner.units, search.before.tolist(), design.tolist()
     rows = [
@@ -370,9 +370,9 @@ def allocate(
         decides=decides,
         verified=best.verified,
         parameters=search.parameters(design),
-        saving=search.saving(best) if best.keeps else dict.fromkeys(search.asked, math.nan),
+        saving=search.saving(best) if best.keeps else dict.fromkeys(search.runs.asked, math.nan),
         scatter=best.model.scatter,
-        runs=search.made,
+        runs=search.runs.made,
         seed=search.seed,
         notices=notices,
         mechanism=search.runner.spec.name,

@@ -20,7 +20,7 @@ from ..base.shown import capital, in_a_sentence, listed, meant_or_known
 from ..base.tables import format_table
 from ..data.dataset import Dataset, facts_of, numbered
 from ..data.exports import Exports
-from ..errors import ArgumentError, ArgumentTypeError
+from ..errors import ArgumentTypeError
 from ..notices import Notice, WithNotices, issue
 from ..report import html
 from ..report.document import Document, Table
@@ -28,10 +28,10 @@ from ..run.report import notices_section, version_fact
 from ..scene.distributions import Distribution
 from ..scene.scene import Interval
 from ..study.band.exact import binomial_cdf, exact_interval
-from ..study.conforming import watching_for
+from ..study.conforming import requested
 from ..study.requirements.conformance import in_percent
 from ..study.requirements.draws import check_drawn
-from ..study.requirements.specification import ALL, Specification, checked_specifications
+from ..study.requirements.specification import ALL, Specification
 from ..study.runner import Runner
 from ..study.sources.finished import FinishedRuns
 from ..study.sources.scenes import MOST_RUNS
@@ -39,6 +39,7 @@ from ..study.study import Study
 from .best_center.search import CenterSearch, Verified, moved_to
 from .rare import MOST_INTERVALS, rare_share
 from .rare_result import RareShare
+from .watched_runs import WatchedRuns, check_all_are_made
 
 Status = Literal["better", "unproven", "no better"]
 # Least number of pairs [-]: in six that differ one way only, the exact test shows a difference with 95 %.
@@ -380,7 +381,7 @@ def center(
     moves_at_all = not np.array_equal(centers, search.before)
     both = _rare_shares(study, search, centers) if rare and moves_at_all else None
     status = _status(list(shares.values())[-1], both) if moves_at_all else "no better"
-    notices = tuple(search.notices.values())
+    notices = tuple(search.runs.notices.values())
     issue(notices)
     moves = {}
     for name, one, before, after in zip(search.names, search.ends, search.before, centers, strict=True):
@@ -396,7 +397,7 @@ def center(
         rare=both,
         needed=search.needed,
         settled=settled,
-        runs=search.made + sum(one.runs for one in both or ()),
+        runs=search.runs.made + sum(one.runs for one in both or ()),
         seed=search.seed,
         notices=notices,
     )
@@ -417,14 +418,14 @@ def _rare_shares(study: Study, search: CenterSearch, centers: Array) -> tuple[Ra
     level, seed = 0.5 * (1.0 + search.confidence), search.fresh_seed
     moved = copy(study)
     moved.runner = replace(study.runner, parameters=search.parameters(centers))
-    before, after = (rare_share(one, search.asked, confidence=level, rng=seed) for one in (study, moved))
+    before, after = (rare_share(one, search.runs.asked, confidence=level, rng=seed) for one in (study, moved))
     return before, after
 
 
 def _shares(verified: Verified, search: CenterSearch, confidence: float) -> dict[str, CenteredShare]:
     """Shares of each requirement, and of all together if there are several."""
-    before, after = (dict(zip(search.asked, own, strict=True)) for own in verified)
-    asked = dict(search.asked)
+    before, after = (dict(zip(search.runs.asked, own, strict=True)) for own in verified)
+    asked = dict(search.runs.asked)
     if len(asked) > 1:
         before[ALL], after[ALL] = (np.any(own, axis=0) for own in verified)
         asked[ALL] = Specification("specifications broken", below=1)
@@ -457,11 +458,7 @@ def _checked_search(
     checks = Checks()
     if isinstance(runner.model, FinishedRuns):
         checks.add("study", "is a table of finished runs, which has no values at other nominal values")
-    asked: Mapping[str, Specification] = runner.requirements
-    if specifications is not None:
-        asked = checked_specifications(checks, specifications)
-    elif not asked:
-        checks.add("specifications", "must be given, or the study its requirements")
+    asked = requested(checks, runner, specifications)
     if not isinstance(move, Mapping) or not move:
         checks.add(
             "move",
@@ -483,16 +480,8 @@ def _checked_search(
         if sides > MOST_INTERVALS:
             checks.add("rare", f"takes at most {MOST_INTERVALS} parameters that are intervals, got {sides}")
     check_drawn(checks, runner.parameters)
-    if runner.execution.max_seconds is not None:
-        checks.add("max_seconds", "of the study would end runs of which all are needed: leave it out")
-    if not isinstance(runner.model, FinishedRuns):
-        try:
-            watching, watched = watching_for(runner, asked)
-        except ArgumentError as error:  # limits of another dimension, unknown outputs
-            for problem in error.problems:
-                checks.add(*problem)
-    checks.finish()
-    return CenterSearch(runner, asked, ends, count, level, seed, watching, watched)
+    check_all_are_made(checks, runner)
+    return CenterSearch(runner, ends, count, level, seed, WatchedRuns.checked(checks, runner, asked))
 
 
 def _check_move(checks: Checks, runner: Runner, name: object, side: object) -> bool:

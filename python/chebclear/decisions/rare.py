@@ -13,7 +13,7 @@ from numpy.random import Generator, default_rng
 from ..base.arguments import Checks
 from ..base.progress import Progress, reporter
 from ..base.rows import Array
-from ..errors import ArgumentError, ArgumentTypeError
+from ..errors import ArgumentTypeError
 from ..execution.failures import AllFailedError, FailedRun, failure_notices
 from ..execution.pieces import TIME_LIMIT
 from ..execution.store import SeenFolder
@@ -26,12 +26,12 @@ from ..study.conforming import (
     Watched,
     extremes_of,
     placed,
+    requested,
     shares_at,
-    watching_for,
 )
 from ..study.requirements.conformance import Share
 from ..study.requirements.draws import check_drawn, drawn, places
-from ..study.requirements.specification import Specification, checked_specifications
+from ..study.requirements.specification import Specification
 from ..study.results import StudyResult
 from ..study.runner import Runner
 from ..study.sources.finished import FinishedRuns
@@ -41,6 +41,7 @@ from ..study.study import Study
 from .near_limits import near_limits
 from .rare_result import Cause, RareShare, SplittingSystems, causes_of
 from .splitting import COUNTED, Reason, Rounds, SpentError, Split, Verdict, is_doubtful, split
+from .watched_runs import WatchedRuns
 
 MOST_INTERVALS = 2
 """Most parameters that are only known as intervals [-]: each of their corners takes a splitting of its
@@ -147,11 +148,7 @@ def rare_share(
             f"study, along must be a Study and a result, got {study!r:.40}, {along!r:.40}"
         )
     runner, checks = study.runner, Checks()
-    asked: Mapping[str, Specification] = runner.requirements
-    if specification is not None:
-        asked = checked_specifications(checks, specification, "specification")
-    elif not asked:
-        checks.add("specification", "must be given, or the study its requirements")
+    asked = requested(checks, runner, specification, "specification")
     for name, one in runner.random.items():
         if one.least_share > 0.0:
             checks.add(
@@ -461,17 +458,12 @@ def _checked_watching(
 ) -> tuple[Runner, dict[str, Watched]]:
     """What `watching_for` returns, after raising all problems; runs are reported together and end by
     themselves."""
-    try:
-        watching, watched = watching_for(runner, asked) if asked else (runner, {})
-    except ArgumentError as error:  # limits of another dimension, unknown outputs
-        for problem in error.problems:
-            checks.add(*problem)
-    checks.finish()
-    store = watching.execution.store
+    found = WatchedRuns.checked(checks, runner, asked)
+    store = found.runner.execution.store
     execution = replace(
-        watching.execution, max_seconds=None, store=None if store is None else SeenFolder(store)
+        found.runner.execution, max_seconds=None, store=None if store is None else SeenFolder(store)
     )
-    return replace(watching, execution=execution, progress=None), watched
+    return replace(found.runner, execution=execution, progress=None), found.watched
 
 
 def _along(

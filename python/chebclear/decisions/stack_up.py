@@ -11,11 +11,11 @@ from numpy.random import Generator
 
 from ..base.arguments import Checks
 from ..base.rows import Array
-from ..errors import ArgumentError, ArgumentTypeError
-from ..notices import Notice, issue
+from ..errors import ArgumentTypeError
+from ..notices import issue
 from ..scene.scene import Interval
 from ..study.band.exact import binomial_cdf
-from ..study.conforming import Watched, extremes_of, placed, watching_for
+from ..study.conforming import placed
 from ..study.requirements.draws import check_drawn, drawn, places
 from ..study.requirements.specification import Specification, checked_specifications
 from ..study.runner import Runner
@@ -24,7 +24,7 @@ from ..study.sources.scenes import MOST_RUNS
 from ..study.spec import declared_order
 from ..study.study import Study
 from .stack_up_result import ROUNDING, TAIL, Contribution, StackUp, StackUpValue
-from .trace import made_at
+from .watched_runs import WatchedRuns, check_all_are_made
 
 
 def stack_up(
@@ -89,37 +89,29 @@ def stack_up(
     level = checks.real("confidence", confidence, "-", above=0.0, below=1.0)
     seed = checks.seed("rng", rng)
     check_drawn(checks, runner.parameters)
-    if runner.execution.max_seconds is not None:
-        checks.add("max_seconds", "of the study would end runs of which all are needed: leave it out")
-    if not isinstance(runner.model, FinishedRuns):
-        try:
-            watching, watched = watching_for(runner, asked)
-        except ArgumentError as error:  # limits of another dimension, unknown outputs
-            for problem in error.problems:
-                checks.add(*problem)
-    checks.finish()
-    made = _Made(runner, watching, asked, watched)
+    check_all_are_made(checks, runner)
+    made = WatchedRuns.checked(checks, runner, asked)
     # The middle, both ends of each tolerance, and the nominal values.
     sides = list(runner.intervals.values())
     middle = np.array([side.midpoint for side in sides])
     half = np.array([side.half_width for side in sides])
     shifts = np.vstack([np.zeros(len(sides)), np.diag(half), -np.diag(half)])
     nominal = np.array([side.nominal for side in sides])
-    single = made.values(np.vstack([middle + shifts, nominal]))
+    single = _values(made, np.vstack([middle + shifts, nominal]))
     draws = drawn(runner.parameters, declared_order(runner.build, runner.parameters), count, seed)
-    random = [made.values(placed(runner, draws, place)) for place in places(runner.parameters, 0, 0)]
+    random = [_values(made, placed(runner, draws, place)) for place in places(runner.parameters, 0, 0)]
     stacks = {}
-    for name, wanted, end in made.wanted([single, *random]):
+    for name, wanted, end in _wanted(made, [single, *random]):
         values = single[wanted][end]
         slopes = (values[1 : 1 + len(sides)] - values[1 + len(sides) : -1]) / (2.0 * half)
         point = np.where(slopes >= 0.0, half, -half)
-        worst = made.values(np.vstack([middle - point, middle + point]))[wanted][end]
+        worst = _values(made, np.vstack([middle - point, middle + point]))[wanted][end]
         stacks[name] = _stacked(
             runner, made, wanted, name, values, worst, [one[wanted][end] for one in random], level
         )
     notices = tuple(made.notices.values())
     issue(notices)
-    return StackUp(stacks, tuple(runner.parameters), made.runs, seed, notices)
+    return StackUp(stacks, tuple(runner.parameters), made.made, seed, notices)
 
 
 def _asked(checks: Checks, runner: Runner, of: object) -> dict[str, Specification]:
@@ -134,45 +126,26 @@ def _asked(checks: Checks, runner: Runner, of: object) -> dict[str, Specificatio
     return checked_specifications(checks, entries, "of")
 
 
-class _Made:
-    """The runs of a stack-up."""
+def _values(made: WatchedRuns, points: Array) -> dict[str, Array]:
+    """The lowest and the highest value of each quantity in runs, NaN where one failed."""
+    return dict(zip(made.asked, made.extremes(points), strict=True))
 
-    def __init__(
-        self,
-        runner: Runner,
-        watching: Runner,
-        asked: Mapping[str, Specification],
-        watched: Mapping[str, Watched],
-    ) -> None:
-        self.runner, self.watching, self.asked, self.watched = runner, watching, asked, watched
-        self.runs = 0
-        self.notices: dict[object, Notice] = {}
 
-    def values(self, points: Array) -> dict[str, Array]:
-        """The lowest and the highest value of each quantity in runs, NaN where one failed."""
-        made = made_at(self.watching, points)
-        self.runs += len(points)
-        self.notices = {(one.code, one.about): one for one in made.notices} | self.notices
-        return {
-            name: extremes_of(made, name, one, self.watched[name], len(points))
-            for name, one in self.asked.items()
-        }
-
-    def wanted(self, found: Sequence[Mapping[str, Array]]) -> list[tuple[str, str, int]]:
-        """Each value by its name, that of its quantity, and 0 for its lowest or 1 for its highest."""
-        wanted = []
-        for name, one in self.watched.items():
-            if all(np.array_equal(values[name][0], values[name][1], equal_nan=True) for values in found):
-                wanted.append((name, name, 0))
-                continue
-            ends = [end for end in (0, 1) if math.isfinite(one.limits[end])] or [0, 1]
-            wanted += [(f"{name}: {('lowest', 'highest')[end]}", name, end) for end in ends]
-        return wanted
+def _wanted(made: WatchedRuns, found: Sequence[Mapping[str, Array]]) -> list[tuple[str, str, int]]:
+    """Each value by its name, that of its quantity, and 0 for its lowest or 1 for its highest."""
+    wanted = []
+    for name, one in made.watched.items():
+        if all(np.array_equal(values[name][0], values[name][1], equal_nan=True) for values in found):
+            wanted.append((name, name, 0))
+            continue
+        ends = [end for end in (0, 1) if math.isfinite(one.limits[end])] or [0, 1]
+        wanted += [(f"{name}: {('lowest', 'highest')[end]}", name, end) for end in ends]
+    return wanted
 
 
 def _stacked(
     runner: Runner,
-    made: _Made,
+    made: WatchedRuns,
     wanted: str,
     name: str,
     values: Array,

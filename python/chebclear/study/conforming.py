@@ -140,11 +140,7 @@ def conformance(
     if not isinstance(getattr(study, "runner", None), Runner):
         raise ArgumentTypeError(f"study must be a Study, got {study!r:.80}")
     checks = Checks()
-    asked = study.runner.requirements
-    if specifications is not None:
-        asked = checked_specifications(checks, specifications)
-    elif not asked:
-        checks.add("specifications", "must be given, or the study its requirements")
+    asked = requested(checks, study.runner, specifications)
     count = checks.whole("runs", runs, least=2, most=MOST_RUNS)
     if failures is not None:
         failures = checks.whole("failures", failures, least=2)
@@ -163,6 +159,17 @@ def conformance(
     found = shares_of(study.runner, asked, count, level, seed, failures, width, inner)
     issue(found.notices)
     return found
+
+
+def requested(
+    checks: Checks, runner: Runner, specifications: object, argument: str = "specifications"
+) -> Mapping[str, Specification]:
+    """The specifications that an argument gives, else the requirements of the study."""
+    if specifications is not None:
+        return checked_specifications(checks, specifications, argument)
+    if not runner.requirements:
+        checks.add(argument, "must be given, or the study its requirements")
+    return runner.requirements
 
 
 def shares_of(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from statistics import NormalDist
 from typing import NamedTuple
@@ -14,18 +14,16 @@ from numpy.random import default_rng
 from numpy.typing import NDArray
 
 from ...base.rows import Array
-from ...notices import Notice
 from ...scene.distributions import Distribution
 from ...scene.scene import Interval
-from ...study.conforming import Watched, extremes_of, placed
+from ...study.conforming import placed
 from ...study.polynomials.points import uniform_points
 from ...study.requirements.draws import places
-from ...study.requirements.specification import Specification
 from ...study.runner import Runner
 from ...study.spec import declared_order
 from ..least_cost.excess import ExcessModel
 from ..least_cost.search import model_runs
-from ..trace import made_at
+from ..watched_runs import WatchedRuns
 from .model import CenterModel, least
 
 # Models on the way; nominal values move by no more than so many standard deviations with each.
@@ -59,8 +57,6 @@ class CenterSearch:
 
     runner: Runner
     """The study, with the nominal values before."""
-    asked: Mapping[str, Specification]
-    """The requirements."""
     limits: dict[str, tuple[float, float]]
     """Ends of the nominal values that may move."""
     count: int
@@ -68,27 +64,14 @@ class CenterSearch:
     confidence: float
     seed: int
     """Seed of all runs."""
-    watching: Runner
-    """The study with what its runs must keep for the requirements."""
-    watched: dict[str, Watched]
-    """What is taken from them."""
-    made: int = 0
-    """Runs made [-]."""
+    runs: WatchedRuns
+    """All that it makes, for the requirements."""
     needed: int = 0
     """Pairs that may show what the models find [-]; 0 where they find nothing."""
-    notices: dict[object, Notice] = field(default_factory=dict)
-    """Warnings of the runs."""
 
     def __post_init__(self) -> None:
         self._order = declared_order(self.runner.build, self.runner.parameters)
         self._places = places(self.runner.parameters, 0, 0)
-        # Which end of which quantity: 0 the lower, 1 the upper.
-        self._columns = [
-            (name, end)
-            for name, one in self.watched.items()
-            for end in (0, 1)
-            if math.isfinite(one.limits[end])
-        ]
         self._scales = np.empty(0)
 
     @property
@@ -193,19 +176,18 @@ class CenterSearch:
         }
         count, seed = model_runs(self.count, len(sides)), self._seed(b"model", number)
         points = replace(self.runner, parameters=sides).drawn(lambda box: uniform_points(box, count, seed))
-        extremes = self._extremes(points)
+        extremes = self.runs.extremes(points)
         if not len(self._scales):
-            by_name = dict(zip(self.asked, extremes, strict=True))
-            sizes = np.array([float(np.nanstd(by_name[name][end])) for name, end in self._columns])
-            self._scales = np.where(sizes > 0.0, sizes, 1.0)
-        excess = self._excess(extremes)
+            self._scales = self.runs.deviations(extremes)
+        excess = self.runs.excess(extremes, self._scales)
         kept = np.isfinite(excess).all(axis=1)
         if np.count_nonzero(kept) < max(3 * len(sides), count // 2):
             return None
         none = np.empty((0, len(sides)))
         fitted = ExcessModel.fitted(list(sides.values()), points[kept], excess[kept], none, none, False)
         groups = [
-            [column for column, (own, _) in enumerate(self._columns) if own == name] for name in self.asked
+            [column for column, (own, _) in enumerate(self.runs.limits) if own == name]
+            for name in self.runs.asked
         ]
         random = {name: one for name, one in parameters.items() if not isinstance(one, Interval)}
         scores = default_rng(self._seed(b"lines", 0)).standard_normal((_LINES, len(random)))
@@ -228,10 +210,10 @@ class CenterSearch:
         for column, (name, one) in enumerate(self.parameters(centers).items()):
             if not isinstance(one, Interval):
                 draws[:, column] = one.at(scores[name])
-        found = [np.zeros(self.count, dtype=bool) for _ in self.asked]
+        found = [np.zeros(self.count, dtype=bool) for _ in self.runs.asked]
         for place in self._places:
-            extremes = self._extremes(placed(self.runner, draws, place))
-            for own, watched, values in zip(found, self.watched.values(), extremes, strict=True):
+            extremes = self.runs.extremes(placed(self.runner, draws, place))
+            for own, watched, values in zip(found, self.runs.watched.values(), extremes, strict=True):
                 own |= watched.is_outside(values)
         return found
 
@@ -242,25 +224,6 @@ class CenterSearch:
 
     def _seed(self, what: bytes, number: int) -> int:
         return int(default_rng([self.seed, number, *what]).integers(2**63))
-
-    def _extremes(self, points: Array) -> list[Array]:
-        """The lowest and the highest value of each limited quantity in runs, NaN where one failed."""
-        runs = made_at(self.watching, points)
-        self.made += len(points)
-        self.notices = {(notice.code, notice.about): notice for notice in runs.notices} | self.notices
-        return [
-            extremes_of(runs, name, one, self.watched[name], len(points)) for name, one in self.asked.items()
-        ]
-
-    def _excess(self, extremes: list[Array]) -> Array:
-        """What runs exceed each limit by, over its scale; infinite where one failed, shape (runs, limits)."""
-        by_name = dict(zip(self.asked, extremes, strict=True))
-        columns = []
-        for name, end in self._columns:
-            limit, values = self.watched[name].limits[end], by_name[name][end]
-            columns.append(values - limit if end else limit - values)
-        excess = np.array(columns).T / self._scales
-        return np.where(np.isnan(excess), np.inf, excess)
 
 
 def moved_to(one: Distribution, nominal: float) -> Distribution:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left
 from collections.abc import Mapping
-from dataclasses import astuple, dataclass, field, replace
+from dataclasses import astuple, dataclass, replace
 from statistics import NormalDist
 from typing import NamedTuple
 
@@ -16,22 +16,20 @@ from ...base.arguments import Checks
 from ...base.rows import Array
 from ...base.tables import format_ends
 from ...errors import ArgumentError
-from ...notices import Notice
 from ...scene.distributions import Distribution, Uniform
 from ...scene.scene import Interval
 from ...study.band.exact import binomial_cdf, exact_interval
-from ...study.conforming import Watched, extremes_of, placed, shares_at, watching_for
+from ...study.conforming import placed, requested, shares_at
 from ...study.polynomials.points import uniform_points
 from ...study.requirements.conformance import Conformance
 from ...study.requirements.draws import MOST_INTERVALS, drawn, places
-from ...study.requirements.specification import Specification, checked_specifications
 from ...study.runner import Runner
 from ...study.sources.finished import FinishedRuns
 from ...study.sources.scenes import MOST_RUNS
 from ...study.spec import declared_order
 from .. import rare
 from ..rare_result import RareShare
-from ..trace import made_at
+from ..watched_runs import WatchedRuns, check_all_are_made
 from .costs import Price, prices_of
 from .excess import Exceeded, ExcessModel, Keeps, cheapest, cheapest_of, cost_slopes, total
 
@@ -89,8 +87,6 @@ class Search:
 
     runner: Runner
     """The study, with the tolerances before."""
-    asked: Mapping[str, Specification]
-    """The requirements."""
     prices: dict[str, Price]
     """What tolerances cost."""
     share: float
@@ -101,14 +97,8 @@ class Search:
     """Of all that is proven together [-]."""
     seed: int
     """Seed of all runs."""
-    watching: Runner
-    """The study with what its runs must keep for the requirements."""
-    watched: dict[str, Watched]
-    """What is taken from them."""
-    made: int = 0
-    """Runs made [-]."""
-    notices: dict[object, Notice] = field(default_factory=dict)
-    """Warnings of the runs."""
+    runs: WatchedRuns
+    """All that it makes, for the requirements."""
 
     def __post_init__(self) -> None:
         self._order = declared_order(self.runner.build, self.runner.parameters)
@@ -116,13 +106,6 @@ class Search:
         sides = self.runner.intervals.values()
         self._nominal, self._every = np.array([(side.nominal, side.half_width) for side in sides]).T
         self.low, self.high = np.array([(price.low, price.high) for price in self.prices.values()]).T
-        # Which end of which quantity: 0 the lower, 1 the upper.
-        self._limits = [
-            (name, end)
-            for name, one in self.watched.items()
-            for end in (0, 1)
-            if math.isfinite(one.limits[end])
-        ]
         self._scales = np.empty(0)
 
     @property
@@ -242,16 +225,16 @@ class Search:
         runner = replace(self.runner, parameters=among)
         draws = drawn(among, self._order, self.count, seed)
         points = [placed(runner, draws, place) for place in at]
-        extremes = [self._extremes(one) for one in points]
-        shares = shares_at(self.asked, self.watched, at, extremes, level, None)
-        found = Conformance(shares, points[0], tuple(parameters), seed, tuple(self.notices.values()))
-        missing = [np.sort(self._excess(one).max(axis=1))[-1 - allowed] for one in extremes]
-        missing += [self._excess(self._extremes(one)).max() for one in extra]
+        extremes = [self.runs.extremes(one) for one in points]
+        shares = shares_at(self.runs.asked, self.runs.watched, at, extremes, level, None)
+        found = Conformance(shares, points[0], tuple(parameters), seed, tuple(self.runs.notices.values()))
+        missing = [np.sort(self.runs.excess(one, self._scales).max(axis=1))[-1 - allowed] for one in extremes]
+        missing += [self.runs.excess(self.runs.extremes(one), self._scales).max() for one in extra]
         outside = None
         if self.is_rare:
             own = replace(self.runner, parameters=parameters)
-            outside = rare.share_of(own, self.asked, level, self._fresh_seed(), self.count, _FACTOR)
-            self.made += outside.runs
+            outside = rare.share_of(own, self.runs.asked, level, self._fresh_seed(), self.count, _FACTOR)
+            self.runs.made += outside.runs
         return found, float(max(missing)), outside
 
     def saving(self, best: Found) -> dict[str, float]:
@@ -259,7 +242,7 @@ class Search:
         design, exceeded = best.design, self._exceeded(best.model, best.outside, best.offset)
         found = exceeded(design)
         widest = found.values.max()
-        by_limit = np.zeros(len(self._limits))
+        by_limit = np.zeros(len(self.runs.limits))
         prices = list(self.prices.values())
         if self._has_steps:
             most = 0.0
@@ -279,15 +262,15 @@ class Search:
             forces = np.linalg.lstsq(found.slopes[active][:, is_free].T, -slopes[is_free], rcond=None)[0]
             by_limit = np.maximum(forces, 0.0) @ found.parts[active]
         by_limit = by_limit / self._scales
-        names = np.array([name for name, _ in self._limits])
-        return {name: float(by_limit[names == name].sum()) for name in self.asked}
+        names = np.array([name for name, _ in self.runs.limits])
+        return {name: float(by_limit[names == name].sum()) for name in self.runs.asked}
 
     @property
     def _has_steps(self) -> bool:
         return any(len(price.choices) for price in self.prices.values())
 
     def _fresh_seed(self) -> int:
-        return int(default_rng([self.seed, self.made]).integers(2**63))
+        return int(default_rng([self.seed, self.runs.made]).integers(2**63))
 
     def _model(self, design: Array, outside: float) -> ExcessModel:
         """The model of runs spread evenly over the tolerances."""
@@ -295,10 +278,10 @@ class Search:
         sides = _intervals(parameters)
         count = model_runs(self.count, len(sides))
         points = replace(self.runner, parameters=sides).drawn(lambda box: uniform_points(box, count, seed))
-        extremes = self._extremes(points)
+        extremes = self.runs.extremes(points)
         if not len(self._scales):
             self._scales = self._checked_scales(extremes)
-        excess = self._excess(extremes)
+        excess = self.runs.excess(extremes, self._scales)
         kept = np.isfinite(excess).all(axis=1)
         draws = np.full((int(kept.sum()), len(sides)), np.nan)
         if not self.is_worst_case:
@@ -349,39 +332,19 @@ class Search:
         found = np.array([own[choice] for own, choice in zip(choices, chosen, strict=True)])
         return found, bool(exceeded(found).values.max() <= 0.0)
 
-    def _extremes(self, points: Array) -> list[Array]:
-        """The lowest and the highest value of each limited quantity in runs, NaN where one failed."""
-        runs = made_at(self.watching, points)
-        self.made += len(points)
-        self.notices = {(notice.code, notice.about): notice for notice in runs.notices} | self.notices
-        return [
-            extremes_of(runs, name, one, self.watched[name], len(points)) for name, one in self.asked.items()
-        ]
-
-    def _excess(self, extremes: list[Array]) -> Array:
-        """What runs exceed each limit by, over its scale; infinite where one failed, shape (runs, limits)."""
-        by_name = dict(zip(self.asked, extremes, strict=True))
-        columns = []
-        for name, end in self._limits:
-            limit, values = self.watched[name].limits[end], by_name[name][end]
-            columns.append(values - limit if end else limit - values)
-        excess = np.array(columns).T / self._scales
-        return np.where(np.isnan(excess), np.inf, excess)
-
     def _checked_scales(self, extremes: list[Array]) -> Array:
         """The deviation of each limited quantity in runs; refuses requirements that none of them keeps to."""
         checks = Checks()
-        by_name = dict(zip(self.asked, extremes, strict=True))
+        by_name = dict(zip(self.runs.asked, extremes, strict=True))
         for name, (lowest, highest) in by_name.items():
-            if self.watched[name].is_outside(by_name[name]).all():
+            if self.runs.watched[name].is_outside(by_name[name]).all():
                 ends = format_ends(float(np.nanmin(lowest)), float(np.nanmax(highest)))
                 checks.add(
                     f'specifications["{name}"]',
                     f"is never met: none of {len(lowest)} mechanisms keeps to it; values are from {ends}",
                 )
         checks.finish()
-        deviations = np.array([np.nanstd(by_name[name][end]) for name, end in self._limits])
-        return np.where(deviations > 0.0, deviations, 1.0)
+        return self.runs.deviations(extremes)
 
 
 def model_runs(count: int, sides: int) -> int:
@@ -409,18 +372,13 @@ def checked_search(
     checks = Checks()
     if isinstance(runner.model, FinishedRuns):
         raise ArgumentError("study is a table of finished runs, which has no values with other tolerances")
-    asked: Mapping[str, Specification] = runner.requirements
-    if specifications is not None:
-        asked = checked_specifications(checks, specifications)
-    elif not asked:
-        checks.add("specifications", "must be given, or the study its requirements")
+    asked = requested(checks, runner, specifications)
     wanted = checks.real("share", share, "-", above=0.0, below=1.0)
     count = checks.whole("runs", runs, least=2, most=MOST_RUNS)
     level = checks.real("confidence", confidence, "-", above=0.0, below=1.0)
     seed = checks.seed("rng", rng)
     prices = prices_of(checks, runner, cost)
-    if runner.execution.max_seconds is not None:
-        checks.add("max_seconds", "of the study would end runs of which all are needed: leave it out")
+    check_all_are_made(checks, runner)
     only = [name for name, one in runner.parameters.items() if isinstance(one, Interval)]
     if len(only) > MOST_INTERVALS:
         checks.add(
@@ -440,14 +398,9 @@ def checked_search(
         least = math.ceil(math.log((1.0 - level) / 2.0 ** (LOOKS + 1)) / math.log(wanted))
         if count < least:
             checks.add("runs", f"must be at least {least} to prove a share of {wanted:g}, got {count}")
-    try:
-        watching, watched = watching_for(runner, asked)
-    except ArgumentError as error:  # limits of another dimension, unknown outputs
-        for problem in error.problems:
-            checks.add(*problem)
-    checks.finish()
+    watched = WatchedRuns.checked(checks, runner, asked)
     aimed = wanted if runner.random else 1.0
-    return Search(runner, asked, prices, aimed, count, level, seed, watching, watched)
+    return Search(runner, prices, aimed, count, level, seed, watched)
 
 
 def most_outside(trials: int, outside: float, confidence: float) -> int:
