@@ -87,6 +87,22 @@ def directory(text: str) -> Path:
     return path
 
 
+def new_file(suffix: str) -> Callable[[str], Path]:
+    """A file to be written, whose name ends so."""
+
+    def read(text: str) -> Path:
+        path = Path(text)
+        if path.suffix != suffix:
+            raise argparse.ArgumentTypeError(f"must end in {suffix}, got {text!r}")
+        if path.is_dir():
+            raise argparse.ArgumentTypeError(f"must be a file, {text!r} is a directory")
+        if not path.parent.is_dir():
+            raise argparse.ArgumentTypeError(f"there is no directory {str(path.parent)!r}")
+        return path
+
+    return read
+
+
 def file(text: str) -> Path:
     """A file that exists."""
     path = Path(text)

@@ -224,7 +224,6 @@ class Runs(WithNotices, records.Saved, Exports, kind="runs"):
         ValueError, TypeError
             If an argument is wrong, or the runs are too few, or on a grid.
         """
-        # Those of a table, which has no further runs; NumPy's order is of no meaning here.
         return self._answer(
             lambda runner: designs.band(
                 runner, None, coverage, None, confidence, None, 0, (), MOST_RUNS, None, None, None
@@ -369,7 +368,6 @@ def runs_of(
         wanted = _points(checks, runner.intervals, points)
         checks.finish()
     made = runner.made(wanted, runner.settings)
-    # A file without outputs has no instants either.
     return Runs(
         spec=runner.spec,
         parameters=made.parameters,

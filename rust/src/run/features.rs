@@ -13,7 +13,7 @@ use crate::run::outputs::{Column, Needs, parse_columns};
 use crate::run::work::Work;
 
 /// A full turn [rad].
-pub(crate) const TURN: f64 = 2.0 * std::f64::consts::PI;
+const TURN: f64 = 2.0 * std::f64::consts::PI;
 
 /// Kind of a feature of an output or a clearance joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,6 +67,13 @@ pub struct Window {
     pub of: String,
     /// The values, in the unit of the quantity; infinite where there is no end.
     pub ends: [f64; 2],
+}
+
+impl Window {
+    /// A full turn if the quantity is an angle [rad]; infinite for what does not return.
+    pub(crate) fn period(&self) -> f64 {
+        if self.of.rsplit('.').next() == Some("angle") { TURN } else { f64::INFINITY }
+    }
 }
 
 /// A feature that the settings ask for.
@@ -204,10 +211,10 @@ impl Plan {
     }
 
     fn gate(&mut self, mechanism: &Mechanism, window: Option<&Window>) -> Result<Option<usize>, String> {
-        let Some(Window { of, ends }) = window else { return Ok(None) };
+        let Some(window) = window else { return Ok(None) };
+        let Window { of, ends } = window;
         let column = if of == "time" { None } else { Some(output(mechanism, of)?) };
-        let is_angle = of.rsplit('.').next() == Some("angle");
-        let gate = Gate { column, ends: *ends, period: if is_angle { TURN } else { f64::INFINITY } };
+        let gate = Gate { column, ends: *ends, period: window.period() };
         let known = self.gates.iter().position(|known| *known == gate);
         Ok(Some(known.unwrap_or_else(|| {
             self.gates.push(gate);

@@ -7,7 +7,7 @@ use crate::integrators::dop853::Dop853;
 use crate::integrators::rosenbrock::Rosenbrock;
 use crate::integrators::tableaus::{RODAS4, RODAS5P};
 use crate::integrators::{Limits, Stepper};
-use crate::run::features::{FEATURE_WORDS, Feature, TURN, Window};
+use crate::run::features::{FEATURE_WORDS, Feature, Window};
 use crate::scene::json::{Fields, at_least, finite, parse, positive, read_object, within};
 
 /// Integration method.
@@ -158,17 +158,17 @@ fn read_window(fields: &mut Fields) -> Window {
     let of = fields.text("of");
     let lower = fields.optional_quantity("lower", finite("unit")).unwrap_or(f64::NEG_INFINITY);
     let upper = fields.optional_quantity("upper", finite("unit")).unwrap_or(f64::INFINITY);
-    let is_turn = of.rsplit('.').next() == Some("angle");
+    let window = Window { of, ends: [lower, upper] };
     if lower >= upper || upper == f64::INFINITY && lower == f64::NEG_INFINITY {
         fields.problem("lower", format!("must be below upper, {upper}, got {lower}"));
-    } else if is_turn && upper - lower >= TURN {
+    } else if window.period().is_finite() && upper - lower >= window.period() {
         let width = upper - lower;
         fields.problem(
             "upper",
             format!("must be less than a turn above lower, and both be given, got {width} rad"),
         );
     }
-    Window { of, ends: [lower, upper] }
+    window
 }
 
 fn read(fields: &mut Fields) -> Settings {

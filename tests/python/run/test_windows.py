@@ -133,7 +133,7 @@ def test_in_studies_files_and_copies(tmp_path):
     assert cc.load_result(result.save(tmp_path / "study")) == result
     assert result.spec.study().sample(5) == result
     run = cc.simulate(cc.mechanisms.slider_crank(), duration=0.03, features=list(asked.values()))
-    assert cc.results.__name__ and cc.load_result(run.save(tmp_path / "run")) == run
+    assert cc.load_result(run.save(tmp_path / "run")) == run
     seldom = study.function("late")  # a feature like others for other packages
     assert seldom([0.05]) == pytest.approx(run.features[0, 0], rel=1e-12)
 

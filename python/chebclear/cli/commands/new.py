@@ -8,7 +8,7 @@ from importlib import resources
 from pathlib import Path
 
 from ...base.writing import replaced
-from ..options import Command, Kind, Option
+from ..options import Command, Kind, Option, new_file
 from ..output import tell
 
 
@@ -37,17 +37,6 @@ def starter(mechanism: str) -> str:
     return (_STARTERS / f"{mechanism}.toml").read_text(encoding="utf-8")
 
 
-def _new_file(text: str) -> Path:
-    path = Path(text)
-    if path.suffix != ".toml":
-        raise argparse.ArgumentTypeError(f"must end in .toml, got {text!r}")
-    if path.is_dir():
-        raise argparse.ArgumentTypeError(f"must be a file, {text!r} is a directory")
-    if not path.parent.is_dir():
-        raise argparse.ArgumentTypeError(f"there is no directory {str(path.parent)!r}")
-    return path
-
-
 COMMANDS = {
     "new": Command(
         new,
@@ -56,7 +45,7 @@ COMMANDS = {
         "chebclear new four_bar press.toml",
         [
             Option("mechanism", starter_names(), f"one of {', '.join(starter_names())}", metavar="MECHANISM"),
-            Option("file", Kind("FILE", _new_file), "where to, such as press.toml"),
+            Option("file", Kind("FILE", new_file(".toml")), "where to, such as press.toml"),
             Option("--force", None, "replace FILE if it exists"),
         ],
     )

@@ -6,7 +6,7 @@ import argparse
 import shlex
 from pathlib import Path
 
-from ..options import SCENE, Command, Kind, Option
+from ..options import SCENE, Command, Kind, Option, new_file
 from ..output import tell
 from ..scenes import template_of
 
@@ -26,17 +26,6 @@ def workbook(options: argparse.Namespace) -> None:
     tell(options, {"file": str(path)}, f"wrote    {path}{hint}")
 
 
-def _new_book(text: str) -> Path:
-    path = Path(text)
-    if path.suffix != ".xlsx":
-        raise argparse.ArgumentTypeError(f"must end in .xlsx, got {text!r}")
-    if path.is_dir():
-        raise argparse.ArgumentTypeError(f"must be a file, {text!r} is a directory")
-    if not path.parent.is_dir():
-        raise argparse.ArgumentTypeError(f"there is no directory {str(path.parent)!r}")
-    return path
-
-
 COMMANDS = {
     "workbook": Command(
         workbook,
@@ -46,7 +35,7 @@ COMMANDS = {
         "chebclear workbook examples/toggle_press.toml press.xlsx",
         [
             *SCENE,
-            Option("book", Kind("BOOK", _new_book), "where to, such as press.xlsx"),
+            Option("book", Kind("BOOK", new_file(".xlsx")), "where to, such as press.xlsx"),
             Option("--force", None, "replace BOOK if it exists"),
         ],
     )
