@@ -24,7 +24,7 @@ from ..errors import ArgumentError, UnknownNameError
 from ..execution.costs import STATS, Costs
 from ..execution.failures import FailedRun, count_failed
 from ..execution.options import ExecutionOptions
-from ..notices import Notice, WithNotices, issue
+from ..notices import Notice, WithNotices, changes_answer, issue
 from ..run.settings import Settings, common_facts
 from ..run.trajectory import Stats
 from ..scene.columns import column_unit
@@ -325,7 +325,7 @@ class Runs(WithNotices, records.Saved, Exports, kind="runs"):
             execution=execution,
         )
         result = answered(runner, design(runner))
-        issue(result.notices)
+        issue(filter(changes_answer, result.notices))
         return dataclasses.replace(result, spec=runner.spec, seconds=self.seconds)
 
     def _contents(self) -> records.Contents:
